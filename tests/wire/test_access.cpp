@@ -245,6 +245,9 @@ TEST_CASE("frames are accepted from allowed keys only") {
     CHECK(source.peers().admitted == 1);
     CHECK(source.peers().unknown >= 2);
     CHECK(source.peers().malformed >= 2);
+    CHECK(eventually([&] { return camera.link() == Link::admitted; }));
+    for (FrameSink* sink : {&stranger, &nameless}) CHECK(eventually([&] { return sink->link() == Link::refused; }));
+    for (FrameSink* sink : {&plain, &misled}) CHECK(eventually([&] { return sink->link() == Link::unusable; }));
     CHECK(delivers(camera, source, 30s));
     std::size_t known = 0, unknown = 0;
     for (const PeerVisit& visit : source.visits()) {

@@ -43,7 +43,7 @@ std::vector<int> send_buffers(const std::string& path) {
 int granted() {
   int limit = 0;
   std::ifstream("/proc/sys/net/core/wmem_max") >> limit;
-  return 2 * std::min(detail::SendBuffer::wanted_bytes, limit);
+  return 2 * std::min(detail::ConnectionWatch::wanted_bytes, limit);
 }
 
 }  // namespace

@@ -173,8 +173,8 @@ WireStatus decode_frame(std::span<const std::byte> message, DecodedFrame& into, 
 }
 
 std::span<const std::byte> Encoder::frame(const Frame& frame, std::uint64_t session, std::string_view frame_id) {
-  const std::size_t max_points = (detail::max_flatbuffer_bytes - 2 * max_header_bytes) / sizeof(Point);
-  if (!is_sendable_stamp(frame.stamp_ns) || frame.points.size() > max_points || frame_id.size() > max_header_bytes)
+  if (!is_sendable_stamp(frame.stamp_ns) || !is_sendable_count(frame.points.size()) ||
+      frame_id.size() > max_header_bytes)
     return {};
   auto& cloud = buffers_->cloud;
   cloud.Clear();
@@ -208,6 +208,10 @@ void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t 
 
 bool is_sendable_stamp(std::int64_t stamp_ns) noexcept {
   return stamp_ns >= 0 && stamp_ns / ns_per_s <= std::numeric_limits<std::uint32_t>::max();
+}
+
+bool is_sendable_count(std::size_t points) noexcept {
+  return points <= (detail::max_flatbuffer_bytes - 2 * max_header_bytes) / sizeof(Point);
 }
 
 std::span<const std::byte> Encoder::control(const Control& control) {

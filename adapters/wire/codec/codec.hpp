@@ -81,6 +81,8 @@ class Encoder {
 void relabel_frame(std::span<std::byte> message, std::uint64_t id, std::int64_t stamp_ns) noexcept;
 /// Whether a stamp is in the range of the wire format: 1970 to 2106.
 [[nodiscard]] bool is_sendable_stamp(std::int64_t stamp_ns) noexcept;
+/// Whether so many points fit into one message (2 GB).
+[[nodiscard]] bool is_sendable_count(std::size_t points) noexcept;
 
 /// ok, or the reason for rejection (then `into` is unspecified).
 [[nodiscard]] WireStatus decode_result(std::span<const std::byte> message, WireResult& into);

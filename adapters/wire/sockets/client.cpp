@@ -16,6 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto heartbeat_interval = 200ms;
 constexpr auto max_flush = 2000ms;
+constexpr std::chrono::milliseconds look_interval = 50ms;  // between looks at the answer of the other end
 
 void block_signals() {  // the program's own threads handle them
   sigset_t all;
@@ -85,15 +86,18 @@ bool FrameSender::State::capture(std::chrono::milliseconds timeout, Send&& send_
   return sent;
 }
 
+bool wait_admitted(FrameSink& sink, std::chrono::milliseconds patience) noexcept {
+  const auto deadline = Clock::now() + patience;
+  while (!sink.wait_ready(std::min(patience, look_interval)))
+    if (sink.link() == Link::refused || Clock::now() >= deadline) return false;
+  return true;
+}
+
 FrameSender::FrameSender(WireContext& context, const std::string& endpoint, const ClientAccess& access,
                          std::chrono::milliseconds patience) {
   FrameSink sink(context, endpoint, default_queued_messages, access);
-  if (!sink.wait_ready(patience))
-    throw Error(
-        Status::endpoint_unavailable,
-        "endpoint \"" + endpoint +
-            "\": nobody listens there, or nobody who knows this program's key; start lbea-serve with --frames " +
-            endpoint);
+  if (!wait_admitted(sink, patience))
+    throw Error(Status::endpoint_unavailable, explain(sink.link(), endpoint, "--frames"));
   state_ = std::make_unique<State>(std::move(sink), new_session());
   state_->start();
 }
@@ -112,10 +116,9 @@ std::uint64_t FrameSender::next_id() const noexcept { return state_->next_id; }
 bool FrameSender::send(std::span<const Point> points, std::int64_t stamp_ns, std::chrono::milliseconds timeout) {
   State& s = *state_;
   const std::lock_guard lock(s.mutex);
-  return s.capture(timeout, [&] {
-    const auto frame = s.frames.frame({s.next_id, stamp_ns, points}, s.session);
-    return !frame.empty() && s.sink.send(frame, timeout);
-  });
+  const auto encoded = s.frames.frame({s.next_id, stamp_ns, points}, s.session);
+  const auto frame = std::make_shared<const std::vector<std::byte>>(encoded.begin(), encoded.end());
+  return s.capture(timeout, [&] { return !frame->empty() && s.sink.send(frame, timeout); });
 }
 
 bool FrameSender::send(const std::shared_ptr<const std::vector<std::byte>>& frame, std::chrono::milliseconds timeout) {
@@ -123,16 +126,29 @@ bool FrameSender::send(const std::shared_ptr<const std::vector<std::byte>>& fram
   return state_->capture(timeout, [&] { return frame != nullptr && state_->sink.send(frame, timeout); });
 }
 
+Link FrameSender::link() {
+  const std::lock_guard lock(state_->mutex);
+  return state_->sink.link();
+}
+
+SendTally FrameSender::tally() const {
+  const std::lock_guard lock(state_->mutex);
+  SendTally tally = state_->tally;
+  tally.captured = state_->next_id;
+  return tally;
+}
+
 bool FrameSender::wait_ready(std::chrono::milliseconds timeout) {
   const std::lock_guard lock(state_->mutex);
   return state_->sink.wait_ready(timeout);
 }
 
-void FrameSender::end_stream() {
+bool FrameSender::end_stream() {
   State& s = *state_;
   const std::lock_guard lock(s.mutex);
   if (s.withheld > 0) s.report(ControlKind::heartbeat, max_flush);
   s.has_ended = s.sink.tell(s.controls.end_of_stream(s.session, s.next_id), max_flush);
+  return s.has_ended;
 }
 
 SendTally FrameSender::finish() {

@@ -10,6 +10,10 @@
 
 namespace lbea::wire::detail {
 namespace {
+constexpr int watched_events = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED |
+                               ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
+                               ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+
 // When its descriptor is read the connection may already be closed, and the descriptor that of another file.
 bool leads_to(int connection, const std::string& path) noexcept {
   sockaddr_un peer{};
@@ -41,23 +45,51 @@ EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
   return EventRead::done;
 }
 
-SendBuffer::SendBuffer(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint)
-    : path_(endpoint.path) {
+ConnectionWatch::ConnectionWatch(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint)
+    : path_(endpoint.path), socket_(socket.handle()) {
   static std::atomic<unsigned> next = 0;
-  if (endpoint.transport != Transport::ipc) return;
-  monitor_ = monitor(context, socket, "inproc://lbea.send-buffer." + std::to_string(next++), ZMQ_EVENT_CONNECTED);
+  if (endpoint.transport == Transport::inproc) return;
+  monitor_ = monitor(context, socket, "inproc://lbea.connection." + std::to_string(next++), watched_events);
 }
 
-void SendBuffer::poll() noexcept {
+// ZeroMQ's I/O thread would block for ever in an event that nobody can read any more.
+ConnectionWatch::~ConnectionWatch() {
+  if (monitor_.handle() != nullptr) zmq_socket_monitor(socket_, nullptr, 0);
+}
+
+void ConnectionWatch::poll() noexcept {
   if (monitor_.handle() == nullptr) return;
-  for (SocketEvent event; read_event(monitor_, event) == EventRead::done;)
-    if (event.kind == ZMQ_EVENT_CONNECTED && leads_to(event.value, path_)) {
-      connection_ = event.value;
-      setsockopt(connection_, SOL_SOCKET, SO_SNDBUF, &wanted_bytes, sizeof(wanted_bytes));
-    }
+  for (SocketEvent event; read_event(monitor_, event) == EventRead::done;) on_event(event);
 }
 
-bool SendBuffer::has_unread() const noexcept {
+void ConnectionWatch::on_event(const SocketEvent& event) noexcept {
+  switch (event.kind) {
+    case ZMQ_EVENT_CONNECTED:
+      return enlarge_buffer(event.value);
+    case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
+      link_ = Link::admitted;
+      return;
+    case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
+      link_ = Link::refused;
+      return;
+    case ZMQ_EVENT_CLOSED:  // the attempt to connect failed
+      if (link_ != Link::refused) link_ = Link::absent;
+      return;
+    case ZMQ_EVENT_DISCONNECTED:  // also after a failed handshake
+      if (link_ == Link::admitted) link_ = Link::absent;
+      return;
+    default:
+      link_ = Link::unusable;
+  }
+}
+
+void ConnectionWatch::enlarge_buffer(int connection) noexcept {
+  if (path_.empty() || !leads_to(connection, path_)) return;
+  connection_ = connection;
+  setsockopt(connection_, SOL_SOCKET, SO_SNDBUF, &wanted_bytes, sizeof(wanted_bytes));
+}
+
+bool ConnectionWatch::has_unread() const noexcept {
   int bytes = 0;
   return connection_ >= 0 && leads_to(connection_, path_) && ioctl(connection_, SIOCOUTQ, &bytes) == 0 && bytes > 0;
 }

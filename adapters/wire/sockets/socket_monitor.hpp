@@ -1,7 +1,8 @@
-// ZeroMQ's socket monitors, and the kernel's send buffer of ipc connections, which is set through one.
+// ZeroMQ's socket monitors, and what one tells about the connection of a connecting socket.
 #pragma once
 
 #include "adapters/wire/sockets/endpoint.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 
 #include <cstdint>
 
@@ -22,25 +23,35 @@ enum class EventRead { done, none, closed };
 /// Reads one event without waiting.
 [[nodiscard]] EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept;
 
-/// The kernel's send buffer of a sending ipc socket. ZeroMQ keeps the system's default of 208 kB, less than a third of
-/// a frame. Sender and receiver then alternate several times per frame, and on a busy machine each time waits for a
-/// processor. This class requests a larger buffer, which the system grants up to net.core.wmem_max.
-class SendBuffer {
+/// The connection of a connecting socket: how the other end answered, and the kernel's send buffer over ipc. ZeroMQ
+/// keeps the system's default of 208 kB, less than a third of a frame. Sender and receiver then alternate several times
+/// per frame, and on a busy machine each time waits for a processor. This class requests a larger buffer, which the
+/// system grants up to net.core.wmem_max.
+class ConnectionWatch {
  public:
   static constexpr int wanted_bytes = 4 << 20;
 
-  /// Call before the socket connects.
-  SendBuffer(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint);
-  /// Enlarges the buffers of connections made since the last call: the first one, and those after a restart of the
-  /// receiver.
+  /// Call before the socket connects. The socket must live longer; it may be moved.
+  ConnectionWatch(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint);
+  ~ConnectionWatch();
+  ConnectionWatch(ConnectionWatch&&) noexcept = default;
+  /// Reads what has happened since the last call, and enlarges the buffers of new connections: the first one, and those
+  /// after a restart of the receiver.
   void poll() noexcept;
+  /// As of the last poll().
+  [[nodiscard]] Link link() const noexcept { return link_; }
   /// Whether the receiver has yet to read something. ZeroMQ discards it when the sender closes while the receiver's
   /// queue is full.
   [[nodiscard]] bool has_unread() const noexcept;
 
  private:
-  std::string path_;
+  void on_event(const SocketEvent& event) noexcept;
+  void enlarge_buffer(int connection) noexcept;
+
+  std::string path_;  // of ipc
   int connection_ = -1;
+  Link link_ = Link::absent;
+  void* socket_;
   zmq::socket_t monitor_;
 };
 }  // namespace lbea::wire::detail

@@ -48,6 +48,23 @@ std::optional<Message> receive_within(std::chrono::milliseconds timeout, zmq::so
 }
 }  // namespace
 
+std::string explain(Link link, const std::string& endpoint, const char* option) {
+  const std::string named = "endpoint \"" + endpoint + "\": ";
+  switch (link) {
+    case Link::absent:
+      return named + "nobody listens there; start lbea-serve with " + option + " " + endpoint;
+    case Link::admitted:
+      return named + "the matcher is connected and does not answer; look at its log";
+    case Link::refused:
+      return named + "the matcher does not allow this program's key; start lbea-serve with --allow and its public key";
+    case Link::unusable:
+      break;
+  }
+  return named +
+         "the handshake failed; give both ends keys or neither, give this end the matcher's own public key, or raise "
+         "--max-peers";
+}
+
 struct FrameSource::State {
   detail::BoundSocket bound;
   zmq::message_t message;
@@ -72,7 +89,7 @@ std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) n
 
 struct FrameSink::State {
   zmq::socket_t socket;
-  detail::SendBuffer send_buffer;
+  detail::ConnectionWatch connection;
   Tally tally{};
   std::shared_ptr<detail::InFlight> in_flight = std::make_shared<detail::InFlight>();
 
@@ -87,9 +104,9 @@ FrameSink::FrameSink(WireContext& context, const std::string& address, std::uint
                                     {.high_water_mark = static_cast<int>(queued_messages),
                                      .max_message_bytes = control_socket_limit,
                                      .waits_for_connection = true});
-  detail::SendBuffer send_buffer(context.state().context, socket, endpoint);
+  detail::ConnectionWatch connection(context.state().context, socket, endpoint);
   detail::connect(socket, endpoint, access);
-  state_.reset(new State{std::move(socket), std::move(send_buffer)});
+  state_.reset(new State{std::move(socket), std::move(connection)});
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
 FrameSink::~FrameSink() = default;
 FrameSink::FrameSink(FrameSink&&) noexcept = default;
@@ -98,6 +115,11 @@ const FrameSink::Tally& FrameSink::tally() const noexcept { return state_->tally
 
 bool FrameSink::wait_ready(std::chrono::milliseconds timeout) noexcept {
   return detail::wait(state_->socket, ZMQ_POLLOUT, timeout) == detail::Io::done;
+}
+
+Link FrameSink::link() noexcept {
+  state_->connection.poll();
+  return state_->connection.link();
 }
 
 bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcept {
@@ -118,7 +140,7 @@ bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
 
 bool FrameSink::State::enqueue(const std::shared_ptr<const std::vector<std::byte>>& bytes, bool is_frame,
                                std::chrono::milliseconds timeout) noexcept {
-  send_buffer.poll();
+  connection.poll();
   in_flight->messages.fetch_add(1, std::memory_order_relaxed);
   if (is_frame) in_flight->frames.fetch_add(1, std::memory_order_relaxed);
   auto* pending = new Pending{bytes, in_flight, is_frame};
@@ -135,7 +157,7 @@ bool FrameSink::State::enqueue(const std::shared_ptr<const std::vector<std::byte
 std::uint64_t FrameSink::flush(std::chrono::milliseconds timeout) noexcept {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   const auto left = [&] { return state_->in_flight->messages.load(std::memory_order_acquire); };
-  while ((left() > 0 || state_->send_buffer.has_unread()) && std::chrono::steady_clock::now() < deadline) {
+  while ((left() > 0 || state_->connection.has_unread()) && std::chrono::steady_clock::now() < deadline) {
     // Polling makes the socket discard what a broken connection left in it.
     static_cast<void>(detail::wait(state_->socket, ZMQ_POLLOUT, {}));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -185,6 +207,7 @@ std::vector<PeerVisit> ResultSink::visits() { return state_->bound.visits(); }
 
 struct ResultSource::State {
   zmq::socket_t socket;
+  detail::ConnectionWatch connection;
   zmq::message_t message;
 };
 
@@ -192,14 +215,21 @@ ResultSource::ResultSource(WireContext& context, const std::string& address, int
   const Endpoint endpoint = parse_endpoint(address);
   auto socket = detail::make_socket(context.state().context, zmq::socket_type::sub,
                                     {.high_water_mark = held, .max_message_bytes = result_socket_limit});
+  detail::ConnectionWatch connection(context.state().context, socket, endpoint);
   detail::connect(socket, endpoint, access);
-  state_.reset(new State{std::move(socket), {}});
+  state_.reset(new State{std::move(socket), std::move(connection), {}});
 } catch (const std::bad_alloc&) { context.state().has_lost_socket = true; }
 ResultSource::~ResultSource() = default;
 ResultSource::ResultSource(ResultSource&&) noexcept = default;
 ResultSource& ResultSource::operator=(ResultSource&&) noexcept = default;
 
+Link ResultSource::link() noexcept {
+  state_->connection.poll();
+  return state_->connection.link();
+}
+
 std::optional<Message> ResultSource::receive(std::chrono::milliseconds timeout) noexcept {
+  state_->connection.poll();
   return receive_within(timeout, state_->socket, state_->message);
 }
 }  // namespace lbea::wire

@@ -72,6 +72,16 @@ class FrameSource {
   std::unique_ptr<State> state_;
 };
 
+/// How the other end answered the latest connection of a connecting socket. Not known over inproc: absent.
+enum class Link : std::uint8_t {
+  absent,  // nobody listens there, or not any more
+  admitted,
+  refused,   // by access control: this program's key is not allowed; ZeroMQ does not try again
+  unusable,  // no handshake: keys on one side only, another server key, too many peers, or not ZeroMQ
+};
+/// A sentence that names the endpoint and the remedy. `option`: of lbea-serve, --frames or --results.
+[[nodiscard]] std::string explain(Link link, const std::string& endpoint, const char* option);
+
 /// Sends frames, in a camera's program: connects.
 class FrameSink {
  public:
@@ -87,6 +97,7 @@ class FrameSink {
   FrameSink& operator=(FrameSink&&) noexcept;
   /// Whether a receiver is connected and has room, waiting up to `timeout` for it.
   [[nodiscard]] bool wait_ready(std::chrono::milliseconds timeout) noexcept;
+  [[nodiscard]] Link link() noexcept;
   /// Sends a copy, or counts a refusal when there is no room within `timeout` (0: at once).
   bool send(Message message, std::chrono::milliseconds timeout = {}) noexcept;
   /// Sends a copy of a message that is not a frame: the tally does not count it.
@@ -137,6 +148,7 @@ class ResultSource {
   ResultSource(ResultSource&&) noexcept;
   ResultSource& operator=(ResultSource&&) noexcept;
   [[nodiscard]] std::optional<Message> receive(std::chrono::milliseconds timeout) noexcept;
+  [[nodiscard]] Link link() noexcept;
 
  private:
   struct State;
