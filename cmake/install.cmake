@@ -1,5 +1,5 @@
-# Each component is a Debian package: runtime (liblbea.so.N), dev (headers, static libraries, CMake and pkg-config files),
-# tools (the programs).
+# Each component is a Debian package: runtime (liblbea.so.N), wire (liblbea-wire.so.N), dev (headers, static libraries,
+# CMake and pkg-config files), tools (the programs).
 include(CMakePackageConfigHelpers)
 
 set(lbea_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lbea)
@@ -8,6 +8,13 @@ install(TARGETS lbea lbea_shared EXPORT lbea-targets
         LIBRARY COMPONENT runtime NAMELINK_COMPONENT dev
         ARCHIVE COMPONENT dev
         FILE_SET HEADERS COMPONENT dev)
+if(TARGET lbea_wire_shared)
+  install(TARGETS lbea_wire_shared EXPORT lbea-targets
+          RUNTIME COMPONENT wire
+          LIBRARY COMPONENT wire NAMELINK_COMPONENT dev
+          ARCHIVE COMPONENT dev
+          FILE_SET HEADERS COMPONENT dev)
+endif()
 install(EXPORT lbea-targets NAMESPACE lbea:: DESTINATION ${lbea_cmake_dir} COMPONENT dev)
 if(WIN32)
   install(FILES ${PROJECT_SOURCE_DIR}/runtime/lbea.def DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
@@ -22,7 +29,7 @@ install(FILES ${PROJECT_BINARY_DIR}/lbea-config.cmake ${PROJECT_BINARY_DIR}/lbea
 file(RELATIVE_PATH lbea_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(lbea_pc_files lbea.pc)
 if(LBEA_BUILD_TOOLS)
-  list(APPEND lbea_pc_files lbea-wire.pc lbea-rig.pc)
+  list(APPEND lbea_pc_files lbea-wire.pc lbea-wire-c.pc lbea-rig.pc)
 endif()
 foreach(file ${lbea_pc_files})
   configure_file(cmake/${file}.in ${PROJECT_BINARY_DIR}/${file} @ONLY)

@@ -49,10 +49,18 @@ lbea_package(runtime liblbea0 libs "matches point clouds with crash simulations,
   "best matches a point cloud captured by a 3D camera rig. For C and C++; needs"
   "only the C++ runtime.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
+set(dev_depends "liblbea0 ${version_needed}")
+if(LBEA_BUILD_TOOLS)
+  lbea_package(wire liblbea-wire0 libs "matches point clouds with crash simulations, client library"
+    "Sends point clouds to a running lbea-serve and receives its results, from C"
+    "programs, over TCP or UNIX sockets. Contains a patched libzmq.")
+  set(CPACK_DEBIAN_WIRE_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debian/triggers)
+  string(APPEND dev_depends ", liblbea-wire0 ${version_needed}")
+endif()
 lbea_package(dev liblbea-dev libdevel "matches point clouds with crash simulations, development files"
   "Headers, CMake and pkg-config files and static libraries of lbea: the"
   "matcher, and its messages over ZeroMQ.")
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "liblbea0 ${version_needed}")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${dev_depends}")
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libzmq3-dev, pkg-config")
 if(LBEA_BUILD_TOOLS)
   lbea_package(tools lbea-tools science "matches point clouds with crash simulations, programs"

@@ -16,7 +16,7 @@ mv "$work/installed" "$work/prefix"  # installed files must not contain the pref
 prefix=$work/prefix
 libdir=$(dirname "$(find "$prefix" -name 'liblbea.so.0')")
 # Regression: lbea/test_history.hpp was not installed.
-for header in "$here"/../../runtime/include/lbea/*; do
+for header in "$here"/../../runtime/include/lbea/* "$here"/../../adapters/wire/include/lbea/*; do
   [ -f "$prefix/include/lbea/${header##*/}" ] || fail "lbea/${header##*/} is not installed"
 done
 export LD_LIBRARY_PATH=$libdir PKG_CONFIG_PATH=$libdir/pkgconfig
@@ -45,6 +45,10 @@ compile "${CC:-cc}" match.c lbea -std=c11
 compile "${CXX:-c++}" match.cpp lbea-rig -std=c++20
 compile "${CXX:-c++}" publish.cpp lbea-wire -std=c++20
 compile "${CXX:-c++}" subscribe.cpp lbea-wire -std=c++20
+compile "${CC:-cc}" publish.c lbea-wire-c -std=c99
+compile "${CC:-cc}" subscribe.c lbea-wire-c -std=c99
+[ -n "$(ldd "$work/publish.c.out" | grep "$libdir/liblbea-wire.so.0")" ] || fail "publish.c does not use the shared library"
+ldd "$work/publish.c.out" | grep -qE 'liblbea\.so|libzmq' && fail "publish.c needs more than liblbea-wire.so"
 
 "$work/build/consumer" "$model" --points >"$work/cloud.xyz"
 # The same cloud from a sensor that is turned by 90 degrees and moved.
@@ -66,20 +70,22 @@ cmp <("$work/match.c.out" "$model" <"$work/cloud.xyz" | sed -n 1,4p) <("$work/ma
 "$prefix/bin/lbea-serve" "$model" --frames "ipc://$work/frames" --results "ipc://$work/results" >"$work/tally" 2>/dev/null &
 server=$!
 published=0
-for subscribe in "$work/subscribe.cpp.out" "$work/build/subscribe"; do
+for subscribe in "$work/subscribe.cpp.out" "$work/build/subscribe" "$work/subscribe.c.out" "$work/build/subscribe_c" \
+  "$work/build/only_c/subscribe_only_c"; do
   "$subscribe" "ipc://$work/results" >"$work/heard" 2>&1 &
   subscriber=$!
   while kill -0 "$subscriber" 2>/dev/null; do # it ends with the first test that it hears the end of
-    for publish in "$work/publish.cpp.out" "$work/build/publish"; do
+    for publish in "$work/publish.cpp.out" "$work/build/publish" "$work/publish.c.out" "$work/build/publish_c" \
+      "$work/build/only_c/publish_only_c"; do
       [ "$("$publish" "ipc://$work/frames" <"$work/cloud.xyz")" = "sent 10, refused 0" ] || fail "$publish could not send"
       published=$((published + 10))
     done
   done
   wait "$subscriber" || fail "$subscribe lost results:" "$(cat "$work/heard")"
+  grep -q "^[0-9]* ok unknown .* s$" "$work/heard" || fail "$subscribe printed:" "$(cat "$work/heard")"
 done
 kill -INT "$server"
 wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/tally")"
 server=
-grep -q "^[0-9]* ok unknown .* s$" "$work/heard" || fail "subscribe printed:" "$(cat "$work/heard")"
 grep -q "matched $published" "$work/tally" || fail "lbea-serve did not match all:" "$(cat "$work/tally")"
 echo "installed library and examples: built and run by CMake and pkg-config, in C and C++"

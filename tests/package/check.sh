@@ -20,7 +20,7 @@ holds() { # package, pattern...
   for pattern in "$@"; do grep -qE "$pattern" <<<"$list" || fail "$name contains no $pattern:" "$list"; done
 }
 
-for name in liblbea0 liblbea-dev lbea-tools; do
+for name in liblbea0 liblbea-wire0 liblbea-dev lbea-tools; do
   [ -n "$(package $name)" ] || fail "no package $name was made"
   holds $name "^./usr/share/doc/$name/copyright$"
   [ "$(field $name Description | wc -l)" -ge 3 ] || fail "$name has no description"
@@ -38,10 +38,18 @@ needs=$(field liblbea0 Depends | tr ',' '\n' | sed 's/ *\([^ ]*\).*/\1/' | LC_AL
 [ "$needs" = "libc6 libgcc-s1 libstdc++6 " ] || fail "liblbea0 depends on $needs"
 dpkg-deb -I "$(package liblbea0)" shlibs | grep -q '^liblbea 0 liblbea0' || fail "liblbea0 has no shlibs file, which dependent packages need"
 
+holds liblbea-wire0 '/liblbea-wire\.so\.0$' '/liblbea-wire\.so\.0\.[0-9.]+$'
+contents liblbea-wire0 | grep -E '/include/|/bin/|\.a$|\.so$' && fail "liblbea-wire0 contains more than the library"
+needs=$(field liblbea-wire0 Depends | tr ',' '\n' | sed 's/ *\([^ ]*\).*/\1/' | LC_ALL=C sort | tr '\n' ' ')
+[ "$needs" = "libc6 libgcc-s1 libsodium23 libstdc++6 " ] || fail "liblbea-wire0 depends on $needs"
+dpkg-deb -I "$(package liblbea-wire0)" shlibs | grep -q '^liblbea-wire 0 liblbea-wire0' || fail "liblbea-wire0 has no shlibs file"
+
 version=$(field liblbea0 Version)
 holds liblbea-dev '/include/lbea/lbea\.h$' '/include/lbea/lbea\.hpp$' '/include/lbea/wire/client\.hpp$' '/include/lbea/rig/sensor_json\.hpp$' '/liblbea\.so$' '/liblbea\.a$' \
-  '/liblbea_wire\.a$' '/lbea-config\.cmake$' '/pkgconfig/lbea\.pc$' '/pkgconfig/lbea-wire\.pc$' '/pkgconfig/lbea-rig\.pc$' '/schema/frame\.fbs$'
-field liblbea-dev Depends | grep -qF "liblbea0 (= $version)" || fail "liblbea-dev does not depend on its own library"
+  '/liblbea_wire\.a$' '/include/lbea/wire\.h$' '/liblbea-wire\.so$' '/lbea-config\.cmake$' '/pkgconfig/lbea\.pc$' '/pkgconfig/lbea-wire-c\.pc$' '/pkgconfig/lbea-wire\.pc$' '/pkgconfig/lbea-rig\.pc$' '/schema/frame\.fbs$'
+for name in liblbea0 liblbea-wire0; do
+  field liblbea-dev Depends | grep -qF "$name (= $version)" || fail "liblbea-dev does not depend on its own $name"
+done
 
 for program in bake serve send inspect eval; do holds lbea-tools "/usr/bin/lbea-$program$"; done
 field lbea-tools Depends | grep -q libsodium || fail "lbea-tools does not depend on libsodium"

@@ -48,13 +48,15 @@ tail -n 1 tally
 grep -q 'matched 21' tally
 
 step "compile and link the examples: C and C++, one command each"
-install "$packages"/liblbea-dev_*.deb gcc g++ libc6-dev pkg-config libzmq3-dev
+install "$packages"/liblbea-dev_*.deb "$packages"/liblbea-wire0_*.deb gcc g++ libc6-dev pkg-config libzmq3-dev
 cc examples/match.c $(pkg-config --cflags --libs lbea) -o match_c
 c++ -std=c++20 examples/match.cpp $(pkg-config --cflags --libs lbea-rig) -o match_cpp
 c++ -std=c++20 examples/publish.cpp $(pkg-config --cflags --libs lbea-wire) -o publish
 c++ -std=c++20 examples/subscribe.cpp $(pkg-config --cflags --libs lbea-wire) -o subscribe
+cc -std=c99 examples/publish.c $(pkg-config --cflags --libs lbea-wire-c) -o publish_c
+cc -std=c99 examples/subscribe.c $(pkg-config --cflags --libs lbea-wire-c) -o subscribe_c
 printf '0 0 0\n' | ./match_c rail.lbea || true
-! ldd match_c match_cpp publish subscribe | grep 'not found'
+! ldd match_c match_cpp publish subscribe publish_c subscribe_c | grep 'not found'
 
 if compgen -G "$packages/python3-lbea_*.deb" >/dev/null; then
   step "Python"

@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# The C client with real processes of lbea-serve, over tcp and where given over ipc.
+#   client.sh HOST_BUILD TRANSPORTS CLIENT...     HOST_BUILD: with lbea-serve, lbea-keygen, a model and its frames
+set -euo pipefail
+build=$1 transports=$2
+shift 2
+client=("$@")
+sensor=$(cd "$(dirname "$0")/../../data/rail-demo" && pwd)/sensor.json
+model=$build/tests/wire/rail.lbea clouds=$build/tests/wire/frames
+for needed in "$build/tools/serve/lbea-serve" "$build/tools/keygen/lbea-keygen" "$model"; do
+  [ -e "$needed" ] || { echo "skipped: $needed is missing; build the preset ci and run its tests first"; exit 77; }
+done
+work=$(mktemp -d)
+server=
+trap '[ -z "$server" ] || kill -9 "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
+fail() { printf '%s\n' "$@" >&2; exit 1; }
+
+start() { # endpoint of frames, of results, further arguments
+  "$build/tools/serve/lbea-serve" "$model" --pose "$sensor" --method lbea --json --frames "$1" --results "$2" "${@:3}" >"$work/tally" 2>"$work/log" &
+  server=$!
+  for _ in $(seq 600); do
+    grep -q 'ready: frames on ' "$work/log" && break
+    kill -0 "$server" 2>/dev/null || fail "lbea-serve ended:" "$(cat "$work/log")"
+    sleep 0.1
+  done
+  frames=$(sed -n 's/.*frames on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+  results=$(sed -n 's/.*results on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+}
+# Ends lbea-serve, which exits with 1 because captures were dropped, and checks its account.
+stop() {
+  local code=0
+  kill -INT "$server"
+  wait "$server" || code=$?
+  server=
+  [ "$code" -eq 1 ] || fail "lbea-serve ended with $code:" "$(cat "$work/log")"
+  for count in '"captured":1000,"received":980,' '"matched":950,' '"rejected":30,' '"dropped":20,'; do
+    grep -qF "$count" "$work/tally" || fail "lbea-serve did not count $count" "$(cat "$work/tally")"
+  done
+}
+
+for name in matcher camera stranger; do "$build/tools/keygen/lbea-keygen" "$work/$name" >/dev/null; done
+keys=("$work/matcher.pub" "$work/camera.key")
+for transport in $transports; do
+  ends=("tcp://127.0.0.1:*" "tcp://127.0.0.1:*")
+  if [ "$transport" = ipc ]; then ends=("ipc://$work/frames" "ipc://$work/results"); fi
+  start "${ends[@]}"
+  "${client[@]}" account "$frames" "$results" "$clouds"
+  stop
+  start "${ends[@]}"
+  nobody="ipc://$work/nobody"
+  if [ "$transport" = tcp ]; then nobody=tcp://127.0.0.1:1; fi
+  "${client[@]}" refusals "$frames" "$results" "$nobody"
+  "${client[@]}" dead "$frames" "$results" >"$work/dead" &
+  program=$!
+  for _ in $(seq 600); do
+    if grep -q connected "$work/dead" || ! kill -0 "$program" 2>/dev/null; then break; fi
+    sleep 0.1
+  done
+  kill -9 "$server"
+  wait "$server" 2>/dev/null || true
+  server=
+  wait "$program" || fail "$(cat "$work/dead")"
+  start "${ends[@]}" --key "$work/matcher.key" --allow "$work/camera.pub"
+  "${client[@]}" account "$frames" "$results" "$clouds" "${keys[@]}"
+  "${client[@]}" keys "$frames" "$results" "${keys[@]}" "$work/stranger.key" "$work/stranger.pub"
+  stop
+  echo "$transport: accounts, refusals, keys and a killed matcher are as expected"
+done
