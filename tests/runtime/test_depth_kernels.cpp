@@ -1,5 +1,6 @@
 // The depth images' inner loops against plain ones in double precision, and against each other bit by bit.
 #include "runtime/src/depth/image_comparison.hpp"
+#include "runtime/src/depth/shape_regression.hpp"
 #include "runtime/src/kernels/kernels.hpp"
 #include "tests/runtime/brute_force.hpp"
 
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -159,4 +161,39 @@ TEST_CASE(
       CHECK((cell >= 0) == on_plane);
       if (on_plane) CHECK(400 + 0.01f * cell == doctest::Approx(499.95f).epsilon(1e-5));
     }
+}
+
+TEST_CASE("products with rows in 16 bits are exact within half a step of each column") {
+  constexpr std::size_t rows = 7, columns = 50;
+  std::mt19937 random(36);
+  std::normal_distribution<float> value(0, 1);
+  std::vector<float> numbers(rows * columns), vector(columns), products(rows);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    numbers[i] = i % columns == 20 ? 0.0f : std::ldexp(value(random), static_cast<int>(i % columns) - 25);
+  for (float& v : vector) v = value(random);
+  double bound = 0;
+  for (std::size_t c = 0; c < columns; ++c) {
+    double greatest = 0;
+    for (std::size_t r = 0; r < rows; ++r) greatest = std::max(greatest, std::abs(double{numbers[r * columns + c]}));
+    bound += greatest * std::abs(double{vector[c]}) * (0.5 / 32'767 + 1e-5);  // and the rounding of floats
+  }
+  ShortRows shorts(numbers, columns);
+  REQUIRE(shorts.count() == rows);
+  for (const Kernels* k : all_kernels()) {
+    shorts.multiply(*k, vector, products);
+    for (std::size_t r = 0; r < rows; ++r) {
+      const double exact = std::inner_product(vector.begin(), vector.end(), &numbers[r * columns], 0.0);
+      CHECK(std::abs(double{products[r]} - exact) <= bound);
+    }
+  }
+}
+
+TEST_CASE("rows of zeros, and no rows, have products of zero") {
+  const std::vector<float> zeros(3 * 20), vector(20, 5.0f);
+  std::vector<float> products(3, 1.0f);
+  ShortRows(zeros, 20).multiply(kernels(), vector, products);
+  CHECK(products == std::vector<float>(3, 0.0f));
+  ShortRows none({}, 20);
+  none.multiply(kernels(), vector, {});
+  CHECK(none.count() == 0);
 }

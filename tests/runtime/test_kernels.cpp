@@ -182,3 +182,22 @@ TEST_CASE("projections and mode distances have the same bits everywhere") {
     }
   }
 }
+
+TEST_CASE("projections by 16-bit numbers are those by the same numbers as floats, everywhere") {
+  std::mt19937 random(35);
+  std::normal_distribution<float> value(0, 50);
+  std::uniform_int_distribution<int> number(1, 65'535);
+  for (const std::size_t stride : {16u, 48u, 1'152u}) {
+    std::vector<std::uint16_t> numbers(5 * stride);
+    std::vector<float> rows(numbers.size()), f(stride), expected(5);
+    for (std::uint16_t& n : numbers) n = static_cast<std::uint16_t>(number(random));
+    std::ranges::transform(numbers, rows.begin(), [](std::uint16_t n) { return static_cast<float>(n) - 32'768; });
+    for (float& v : f) v = value(random);
+    kernels().project(rows.data(), 5, stride, f.data(), expected.data());
+    for (const Kernels* k : all_kernels()) {
+      std::vector<float> coefficients(5);
+      k->project_short(numbers.data(), 5, stride, f.data(), coefficients.data());
+      CHECK(coefficients == expected);
+    }
+  }
+}

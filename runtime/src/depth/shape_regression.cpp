@@ -1,13 +1,21 @@
 #include "runtime/src/depth/shape_regression.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace lbea {
 
 namespace {
 constexpr std::size_t interval = 2, reach_before = 1, reach_after = 2;  // cells: the windows' distance and reach
+
+ShortRows components_of(const DepthImages& images) {
+  const ShapeRegression& regression = images.regression;
+  const std::size_t features = ShapeRegression::features(images.camera);
+  return {regression.basis.empty() ? std::span<const float>{} : regression.components(features), features};
 }
+
+}  // namespace
 
 ImageWindows::ImageWindows(const DepthCamera& camera)
     : columns_(camera.columns),
@@ -55,34 +63,62 @@ void ImageWindows::write_features(std::span<const float> typical, float one_side
 }
 
 [[gnu::cold]]  // compiled for size
+ShortRows::ShortRows(std::span<const float> rows, std::size_t columns)
+    : count_(rows.size() / columns) {
+  constexpr float most = 32'767, zero = 32'768;
+  for (std::uint32_t place = 0; place < columns; ++place) {
+    float greatest = 0;
+    for (std::size_t i = place; i < rows.size(); i += columns) greatest = std::max(greatest, std::abs(rows[i]));
+    if (const float unit = greatest / most; unit >= std::numeric_limits<float>::min())
+      columns_.push_back({place, unit});
+  }
+  stride_ = format::padded(columns_.size());
+  scaled_.resize(stride_);
+  numbers_.assign(count_ * stride_, static_cast<std::uint16_t>(zero));
+  for (std::size_t row = 0; row < count_; ++row)
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      numbers_[row * stride_ + i] =
+          static_cast<std::uint16_t>(zero + std::round(rows[row * columns + columns_[i].place] / columns_[i].unit));
+}
+
+void ShortRows::multiply(const Kernels& code, std::span<const float> vector, std::span<float> products) noexcept {
+  std::ranges::transform(columns_, scaled_.begin(), [&](const Column& one) { return vector[one.place] * one.unit; });
+  code.project_short(numbers_.data(), count_, stride_, scaled_.data(), products.data());
+}
+
+[[gnu::cold]] std::vector<float> ShortRows::squared_norms() const {
+  std::vector<float> norms(count_);
+  for (std::size_t row = 0; row < count_; ++row)
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      norms[row] += square((static_cast<float>(numbers_[row * stride_ + i]) - 32'768) * columns_[i].unit);
+  return norms;
+}
+
+[[gnu::cold]]  // compiled for size
 ShapePredictor::ShapePredictor(const DepthImages& images)
     : code_(kernels()),
       regression_(images.regression),
       windows_(images.camera),
+      components_(components_of(images)),
+      images_(regression_.images, ShapeRegression::image_scores),
       features_(ShapeRegression::features(images.camera)),
       image_(ShapeRegression::image_scores),
+      squared_norms_(images_.squared_norms()),
       kernel_(regression_.weights.size() / ShapeRegression::shape_scores),
-      shape_(ShapeRegression::shape_scores) {
-  constexpr std::size_t k = ShapeRegression::image_scores;
-  for (std::size_t i = 0; i < regression_.images.size(); i += k) {
-    const auto image = regression_.images.subspan(i, k);
-    squared_norms_.push_back(std::inner_product(image.begin(), image.end(), image.begin(), 0.0f));
-  }
-}
+      shape_(ShapeRegression::shape_scores) {}
 
 std::span<const float> ShapePredictor::predict(std::span<const float> observed) noexcept {
   if (regression_.blend == 0) return {};
-  constexpr std::size_t k = ShapeRegression::image_scores;
-  const std::size_t features = features_.size(), images = squared_norms_.size();
+  const std::size_t features = features_.size();
   windows_.build(observed);
   windows_.write_features(regression_.typical(features), regression_.one_sided, features_);
   const auto mean = regression_.mean(features);
   for (std::size_t i = 0; i < features; ++i) features_[i] -= mean[i];
-  code_.project(regression_.components(features).data(), k, features, features_.data(), image_.data());
-  code_.project(regression_.images.data(), images, k, image_.data(), kernel_.data());
+  components_.multiply(code_, features_, image_);
+  images_.multiply(code_, image_, kernel_);
   const float squared = std::inner_product(image_.begin(), image_.end(), image_.begin(), 0.0f),
               squared_length = square(regression_.length_scale);
-  for (std::size_t i = 0; i < images; ++i)
+  for (std::size_t i = 0; i < squared_norms_.size(); ++i)
     kernel_[i] = inverse_multiquadric(squared + squared_norms_[i] - 2 * kernel_[i], squared_length);
   code_.project(regression_.weights.data(), shape_.size(), kernel_.size(), kernel_.data(), shape_.data());
   return shape_;

@@ -373,7 +373,18 @@ void subtract_depths(const float* observed, const std::uint16_t* sample, std::si
 extern const Kernels table;
 #define LBEA_STRING(name) #name
 #define LBEA_NAME(name) LBEA_STRING(name)
-const Kernels table{
-    LBEA_NAME(LBEA_KERNELS), place,      find_runs,      fill_leaves,   enclose,        nearest, nearest_16, project,
-    mode_distance,           add_depths, compare_depths, compare_lines, subtract_depths};
+const Kernels table{LBEA_NAME(LBEA_KERNELS),
+                    place,
+                    find_runs,
+                    fill_leaves,
+                    enclose,
+                    nearest,
+                    nearest_16,
+                    project,
+                    project_short,
+                    mode_distance,
+                    add_depths,
+                    compare_depths,
+                    compare_lines,
+                    subtract_depths};
 }  // namespace lbea::LBEA_KERNELS

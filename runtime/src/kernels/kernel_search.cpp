@@ -251,6 +251,22 @@ void project(const float* projection, std::size_t rows, std::size_t stride, cons
   }
 }
 
+void project_short(const std::uint16_t* projection, std::size_t rows, std::size_t stride, const float* f,
+                   float* coefficients) {
+  const auto numbers = [](const std::uint16_t* from) { return to_floats(load_shorts(from) - (1 << 15)); };
+  for (std::size_t j = 0; j < rows; ++j) {
+    const std::uint16_t* weights = projection + j * stride;
+    Floats even{}, odd{};
+    std::size_t i = 0;
+    for (; i + 2 * lanes <= stride; i += 2 * lanes) {
+      even += numbers(weights + i) * load(f + i);
+      odd += numbers(weights + i + lanes) * load(f + i + lanes);
+    }
+    if (i < stride) even += numbers(weights + i) * load(f + i);
+    coefficients[j] = sum(even + odd);
+  }
+}
+
 float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound) {
   constexpr std::size_t modes_between_checks = 2 * lanes;
   Floats distances{};

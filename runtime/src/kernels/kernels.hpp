@@ -137,6 +137,9 @@ struct Kernels {
                      NearestPoints& best);
   /// Row by row: coefficients[j] = sum_i projection[j][i] * f[i]; `stride` floats per row, a multiple of 16.
   void (*project)(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
+  /// The same by numbers in 16 bits, each increased by 2^15.
+  void (*project_short)(const std::uint16_t* projection, std::size_t rows, std::size_t stride, const float* f,
+                        float* coefficients);
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Returns a partial sum as soon as
   /// that is not below `bound`.
   float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
@@ -171,6 +174,8 @@ namespace lbea::LBEA_KERNELS {
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound);
 void nearest_16(const CloudTree& tree, const float* const queries[3], const std::uint32_t* hints, NearestPoints& best);
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients);
+void project_short(const std::uint16_t* projection, std::size_t rows, std::size_t stride, const float* f,
+                   float* coefficients);
 float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound);
 }  // namespace lbea::LBEA_KERNELS
 #endif
