@@ -113,6 +113,34 @@ struct FieldInfo {
   float largest_error = 0;  // of any value, in the field's unit: 0 when stored unchanged, else half of a 16-bit step
 };
 
+/// What a channel is.
+enum class ChannelKind : std::uint32_t {
+  displacement,  // of a node since the run's first state, in the coordinates of the component
+  velocity,      // of a node, filtered
+  acceleration,  // of a node, filtered
+  distance,      // of two nodes
+  intrusion,     // of a node since the run's first state, along axes that move with three nodes
+};
+enum class ChannelComponent : std::uint32_t { x, y, z, resultant };
+inline constexpr std::array<std::string_view, 5> channel_kind_names{"displacement", "velocity", "acceleration",
+                                                                    "distance", "intrusion"};
+inline constexpr std::array<std::string_view, 4> channel_component_names{"x", "y", "z", "resultant"};
+
+/// A quantity of interest that the ensemble description names; a number per sample.
+struct ChannelInfo {
+  std::string_view name, unit;
+  ChannelKind kind = ChannelKind::displacement;
+  ChannelComponent component = ChannelComponent::resultant;  // of a distance: resultant
+  std::uint32_t cfc = 0;  // channel frequency class of SAE J211 by which it is filtered; 0: it is not
+};
+
+/// A channel in a frame. The true value differs by less than bound_90 in 90 % of the frames of runs that are not in the
+/// ensemble; NaN: not known (other methods than fit, or most is hidden).
+struct ChannelValue {
+  float value = std::numeric_limits<float>::quiet_NaN();
+  float bound_90 = std::numeric_limits<float>::quiet_NaN();
+};
+
 /// A share of a sample in a combination. Shares add up to 1; small ones may be negative: the shape lies beside the
 /// samples.
 struct WeightedSample {
@@ -204,6 +232,11 @@ class LBEA_API Model {
   void read_field(std::uint32_t field, std::uint32_t sample, std::span<float> into) const noexcept;
   /// The same without a copy; empty when the field is stored in 16 bits.
   [[nodiscard]] std::span<const float> field_values(std::uint32_t field, std::uint32_t sample) const noexcept;
+
+  // quantities of interest, computed from the runs' own states
+  [[nodiscard]] std::uint32_t channels() const noexcept;
+  [[nodiscard]] ChannelInfo channel(std::uint32_t channel) const noexcept;
+  [[nodiscard]] float channel_value(std::uint32_t channel, std::uint32_t sample) const noexcept;
 
   // the observed region and its basis, per reference mesh
   /// n: vertex -> node.
@@ -367,6 +400,8 @@ struct MatchResult : FrameNumbers {
   SurfaceFit fit{};
   Verdict verdict = Verdict::unknown;
   StageTimes elapsed_ns{};
+  /// Model::channels() values: of the estimate by fit, else of the best sample; none of a refused frame.
+  std::span<const ChannelValue> channels{};
 };
 
 /// One per thread. Owns all scratch memory, allocated by the constructor.

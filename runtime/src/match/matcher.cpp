@@ -20,6 +20,7 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
   s.cover(result);                // share of the best sample's surface that the frame shows
   s.remember(result);             // for the next frames of the test
   s.publish(result);
+  s.evaluate_channels(result);  // quantities of interest
   return result;
 }
 
@@ -132,6 +133,11 @@ void Matcher::State::publish(MatchResult& result) noexcept {
   // Low coverage alone is inconclusive; a high residual is not, unless the frame shows only a few points.
   if (fitter && (result.status == Status::ok || fitter->verdict() == Verdict::no_simulation_fits))
     result.verdict = fitter->verdict();
+}
+
+void Matcher::State::evaluate_channels(MatchResult& result) noexcept {
+  result.channels =
+      fitter ? channels.of_fit(result.fit, fitter->is_hidden()) : channels.of_match(result.matches.front());
 }
 
 MatchResult Matcher::match(const Frame& frame) noexcept { return match(frame, nullptr); }

@@ -1,6 +1,7 @@
 // What a Matcher keeps between frames: model, scratch memory of all stages, and their set-up.
 #pragma once
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/fit/test_history.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
@@ -37,6 +38,7 @@ struct Matcher::State {
   void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;
+  void evaluate_channels(MatchResult& result) noexcept;
   void combine_coefficients(std::span<const WeightedSample> estimate) noexcept;
 
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept {
@@ -59,6 +61,7 @@ struct Matcher::State {
   HistoryState* history = nullptr;  // of the frame's test; null: none
   PoseFilter* pose = nullptr;       // of the history; null: not estimated
   std::vector<Match> matches;
+  ChannelEvaluator channels;
   SampleSurface surface;  // of the best sample
 };
 }  // namespace lbea

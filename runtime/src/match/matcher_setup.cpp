@@ -68,6 +68,7 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
           config.method == Method::fit ? std::max(config.max_matches, FitSettings{}.proposals) : config.max_matches,
           view.info.samples)),
       matches(std::min(config.max_matches, view.info.samples)),
+      channels(model, FitSettings{}.most_combined()),
       surface(view) {
   if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
   if (config.method == Method::vtp)

@@ -1,3 +1,4 @@
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/model/mapped_file.hpp"
 #include "runtime/src/model/model_view.hpp"
 
@@ -154,6 +155,19 @@ std::uint32_t Model::field_size(std::uint32_t field) const noexcept {
 }
 void Model::read_field(std::uint32_t field, std::uint32_t sample, std::span<float> into) const noexcept {
   view_->fields[field].read(sample, into);
+}
+
+std::uint32_t Model::channels() const noexcept {
+  return view_->channels == nullptr ? 0 : static_cast<std::uint32_t>(view_->channels->size());
+}
+ChannelInfo Model::channel(std::uint32_t channel) const noexcept {
+  const LearnedChannels& all = *view_->channels;
+  const ChannelRow row = all.row(channel);
+  return {all.names[channel], all.units[channel], static_cast<ChannelKind>(row.kind),
+          static_cast<ChannelComponent>(row.component), row.cfc};
+}
+float Model::channel_value(std::uint32_t channel, std::uint32_t sample) const noexcept {
+  return row_of(view_->channels->values, channel, samples())[sample];
 }
 
 std::span<const std::uint32_t> Model::vertex_nodes(std::uint32_t reference) const noexcept {

@@ -1,5 +1,6 @@
 #include "runtime/src/model/model_view.hpp"
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
 #include "runtime/src/model/section_reader.hpp"
@@ -30,6 +31,7 @@ class ModelReader {
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
     view_.depth_images = read_depth_images(sections_, view_.info, view_.length_unit);
     view_.forecast = read_forecast(sections_, view_.info);
+    view_.channels = read_channels(sections_, view_.info);
     view_.file_checksum = sections_.directory_checksum();
     return std::move(view_);
   }

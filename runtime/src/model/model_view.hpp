@@ -26,6 +26,7 @@ inline constexpr std::uint32_t vertex_tree_max_depth = 64;
 
 class MappedFile;
 struct LearnedForecast;
+struct LearnedChannels;
 
 /// The sections of one reference mesh. Shapes as in FORMAT.md, sections 33 to 41.
 struct ReferenceView {
@@ -83,6 +84,7 @@ struct ModelView {
   std::vector<ReferenceView> references;
   std::shared_ptr<const DepthImages> depth_images;  // null when baked without a sensor
   std::shared_ptr<const LearnedForecast> forecast;  // null when the bake has learned none
+  std::shared_ptr<const LearnedChannels> channels;  // null when the description names none
   std::uint64_t file_checksum = 0;  // of the directory, which covers every section: identifies this model
   std::span<const std::byte> image;
   std::vector<std::span<const std::byte>>

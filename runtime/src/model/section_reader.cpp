@@ -30,6 +30,8 @@ constexpr std::string_view optional_titles[] = {
     "forecast_runs",      "forecast_parameters"};
 constexpr std::string_view titles_from_0x8018[] = {"window_numbers",   "window_means", "window_components",
                                                    "window_variances", "window_runs",  "window_parameters"};
+constexpr std::string_view titles_from_0x8020[] = {"channel_names", "channel_kinds", "channel_values",
+                                                   "channel_bounds"};
 static_assert(std::size(titles_from_1) == 12 && std::size(titles_from_13) == 10 && std::size(titles_from_32) == 10);
 
 std::string_view title_after(SectionId first, SectionId id, std::span<const std::string_view> titles) noexcept {
@@ -88,6 +90,7 @@ std::string title(SectionId id) {
   if (found.empty()) found = title_after(SectionId::view_camera, id, titles_from_64);
   if (found.empty()) found = title_after(SectionId::landmark_positions, id, optional_titles);
   if (found.empty()) found = title_after(SectionId::window_numbers, id, titles_from_0x8018);
+  if (found.empty()) found = title_after(SectionId::channel_names, id, titles_from_0x8020);
   return found.empty() ? "unknown" : found;
 }
 

@@ -1,0 +1,131 @@
+#include "runtime/src/channels/learned_channels.hpp"
+
+#include "runtime/src/model/model_view.hpp"
+#include "runtime/src/model/section_reader.hpp"
+#include "runtime/src/track/tracker.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace lbea {
+namespace {
+
+using format::SectionId;
+
+/// name, unit, name, unit, ...
+void read_names(const SectionReader& sections, LearnedChannels& into) {
+  std::string_view rest = sections.text(SectionId::channel_names);
+  if (rest.empty() || rest.back() != '\0')
+    sections.fail(SectionId::channel_names, 0, "it is empty or the last string is not ended");
+  for (bool is_name = true; !rest.empty(); is_name = !is_name) {
+    const std::string_view text = rest.substr(0, rest.find('\0'));
+    (is_name ? into.names : into.units).push_back(text);
+    rest.remove_prefix(text.size() + 1);
+  }
+  if (into.names.size() != into.units.size()) sections.fail(SectionId::channel_names, 0, "a channel has no unit");
+}
+
+void check_row(const SectionReader& sections, const ChannelRow& row) {
+  if (row.kind >= channel_kind_names.size() || row.component >= channel_component_names.size() || row.nodes == 0 ||
+      row.nodes > ChannelRow::most_nodes)
+    sections.fail(SectionId::channel_kinds, 0, "a kind, component or number of nodes is unknown");
+}
+
+}  // namespace
+
+double ChannelBound::half_width(double spread, double error_90) const noexcept {
+  const double of_error = per_error * error_90;
+  return per_spread * std::sqrt(spread * spread + of_error * of_error + least * least);
+}
+
+ChannelRow LearnedChannels::row(std::size_t channel) const noexcept { return std::bit_cast<ChannelRow>(rows[channel]); }
+
+ChannelBound LearnedChannels::bound(std::size_t channel, bool is_hidden) const noexcept {
+  if (bounds.empty()) return {};
+  return std::bit_cast<ChannelBound>(bounds[kinds * channel + (is_hidden ? 1 : 0)]);
+}
+
+std::shared_ptr<const LearnedChannels> read_channels(const SectionReader& sections, const format::Info& info) {
+  if (sections.find(SectionId::channel_names) == nullptr) return nullptr;
+  LearnedChannels channels;
+  read_names(sections, channels);
+  const std::uint64_t count = channels.size();
+  channels.rows =
+      sections.required<std::array<std::uint32_t, channel_words>>(SectionId::channel_kinds, {count, channel_words, 1});
+  channels.values = sections.required<float>(SectionId::channel_values, {count, info.samples, 1});
+  channels.bounds =
+      sections.optional<std::array<double, 3>>(SectionId::channel_bounds, {count, LearnedChannels::kinds, 3});
+  for (std::size_t channel = 0; channel < count; ++channel) check_row(sections, channels.row(channel));
+  if (!sections.content(SectionId::channel_values).is_measured)
+    sections.fail(SectionId::channel_values, 0, "a value is not finite or too large");
+  for (const auto& numbers : channels.bounds)
+    if (std::ranges::any_of(numbers, [](double v) { return !format::is_measured(v) || v < 0; }))
+      sections.fail(SectionId::channel_bounds, 0, "a value is out of range");
+  return std::make_shared<const LearnedChannels>(std::move(channels));
+}
+
+double weighted_value(std::span<const float> values, std::span<const WeightedIndex> samples) noexcept {
+  double sum = 0;
+  for (const auto& [sample, weight] : samples) sum += double{weight} * double{values[sample]};
+  return sum;
+}
+
+double weighted_deviation(std::span<const float> values, std::span<const WeightedIndex> samples,
+                          double about) noexcept {
+  double squares = 0, all = 0;
+  for (const auto& [sample, weight] : samples) {
+    const double off = double{values[sample]} - about;
+    squares += double{weight} * off * off;
+    all += double{weight};
+  }
+  return all > 0 ? std::sqrt(squares / all) : 0;
+}
+
+ChannelEvaluator::ChannelEvaluator(const Model& model, std::size_t most)
+    : model_(model),
+      channels_(model.view().channels.get()),
+      noise_(completed(TrackerConfig{}, model).noise),
+      values_(channels_ == nullptr ? 0 : channels_->size()) {
+  estimate_.reserve(most);
+  plausible_.reserve(most);
+}
+
+std::span<const ChannelValue> ChannelEvaluator::of_match(const Match& match) noexcept {
+  const std::uint32_t sample = model_.sample_index(match.sample);
+  for (std::size_t c = 0; c < values_.size(); ++c)
+    values_[c] = {channels_->values[c * model_.samples() + sample], std::numeric_limits<float>::quiet_NaN()};
+  return values_;
+}
+
+std::span<const ChannelValue> ChannelEvaluator::of_fit(const SurfaceFit& fit, bool is_hidden) noexcept {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  if (values_.empty()) return {};
+  weigh(fit);
+  const double error = double{fit.error_90}, scale = fit.spread > 0 ? error / double{fit.spread} : unknown;
+  for (std::size_t c = 0; c < values_.size(); ++c) {
+    const auto values = channels_->values.subspan(c * model_.samples(), model_.samples());
+    const double value = weighted_value(values, estimate_);
+    const ChannelBound bound = channels_->bound(c, is_hidden);
+    const double half = bound.half_width(scale * weighted_deviation(values, plausible_, value), error);
+    values_[c] = {static_cast<float>(value),
+                  half > 0 ? static_cast<float>(half) : std::numeric_limits<float>::quiet_NaN()};
+  }
+  return values_;
+}
+
+/// As plausible_samples() does for fields.
+void ChannelEvaluator::weigh(const SurfaceFit& fit) noexcept {
+  estimate_.clear();
+  plausible_.clear();
+  for (const WeightedSample& one : fit.estimate) estimate_.push_back({model_.sample_index(one.sample), one.weight});
+  if (fit.candidates.empty()) return;
+  TrackerConfig config;
+  config.noise = noise_;
+  const Likelihood likelihood(std::ranges::min_element(fit.candidates, {}, &Match::distance)->distance, config);
+  for (const Match& candidate : fit.candidates)
+    plausible_.push_back({model_.sample_index(candidate.sample), static_cast<float>(likelihood(candidate.distance))});
+}
+
+}  // namespace lbea
