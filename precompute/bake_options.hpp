@@ -75,6 +75,16 @@ struct RoundedField {
   float largest_error = 0;
 };
 
+/// A channel, and which nodes it has.
+struct ChannelReport {
+  std::string name, unit;
+  ChannelKind kind = ChannelKind::displacement;
+  ChannelComponent component = ChannelComponent::resultant;
+  std::uint32_t cfc = 0;
+  std::vector<std::uint32_t> node_ids;
+  std::vector<double> distances;  // of the nodes from the given points, length unit
+};
+
 inline constexpr double largest_usual_residual = 1e-9;
 
 struct BakeSummary {
@@ -96,6 +106,7 @@ struct BakeSummary {
   std::vector<std::string> warnings;    // what a user should check: a sentence each
   std::vector<RunLeftOut> left_out;     // in the ensemble's order
   std::vector<RoundedField> rounded_fields;
+  std::vector<ChannelReport> channels;
   struct Seconds {
     double reading = 0, bases = 0, samples = 0, writing = 0;  // of the stages that this process did; writing: the merge
   } seconds;

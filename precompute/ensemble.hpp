@@ -47,6 +47,23 @@ struct MappingSettings {
   [[nodiscard]] double mean_distance_in(const std::string& unit) const { return distance_in(unit) / 3; }
 };
 
+/// A node by its number in the reference run, or by a place near the observed surface, in the reference mesh.
+struct ChannelPoint {
+  bool is_node = true;
+  std::uint32_t node = 0;
+  std::array<double, 3> position{};
+};
+
+/// A quantity of interest, which the model stores for every sample and the matcher gives for every frame.
+struct ChannelDescription {
+  std::string name;
+  ChannelKind kind = ChannelKind::displacement;
+  ChannelComponent component = ChannelComponent::resultant;
+  std::uint32_t cfc = 0;  // of velocities and accelerations: class of the filter of SAE J211
+  std::vector<ChannelPoint> points;
+  std::optional<double> reach;  // length unit: farther points are refused; not set: the mean length of the edges there
+};
+
 struct EnsembleDescription {
   std::vector<std::filesystem::path> runs;  // resolved, in the order of the model's simulations
   std::filesystem::path reference_run;      // empty: the first of runs
@@ -64,6 +81,7 @@ struct EnsembleDescription {
   bool correspondence = true;             // store each sample's corresponding nodes, which VtP matching needs
   std::optional<bool> landmarks;          // store the landmark positions separately; not set: for large models only
   MappingSettings mapping;
+  std::vector<ChannelDescription> channels;
   std::filesystem::path depth_sensor;  // sensor description: pose of the depth images, which method `fit` needs
   std::filesystem::path output;        // empty: the caller decides
 

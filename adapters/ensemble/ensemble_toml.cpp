@@ -154,6 +154,29 @@ void read_basis(TomlTable& table, bake::EnsembleDescription& into) {
   if (into.modes == 0) table.fail("modes", "must be at least 1");
 }
 
+std::vector<std::string> words(std::span<const std::string_view> names) { return {names.begin(), names.end()}; }
+
+bake::ChannelDescription read_channel(TomlTable& table) {
+  bake::ChannelDescription channel;
+  table.read("name", channel.name);
+  if (channel.name.empty()) table.fail("name", "is missing or empty");
+  if (!table.has("kind")) table.fail("kind", "is missing" + suggestion("", words(channel_kind_names)));
+  channel.kind = static_cast<ChannelKind>(read_choice(table, "kind", words(channel_kind_names), 0));
+  channel.component = static_cast<ChannelComponent>(
+      read_choice(table, "component", words(channel_component_names), channel_component_names.size() - 1));
+  table.read("cfc", channel.cfc);
+  std::vector<NumberOrPlace> points;
+  table.read("points", points);
+  for (const NumberOrPlace& point : points) {
+    const auto* number = std::get_if<std::uint32_t>(&point);
+    channel.points.push_back(number != nullptr ? bake::ChannelPoint{true, *number, {}}
+                                               : bake::ChannelPoint{false, 0, std::get<std::array<double, 3>>(point)});
+  }
+  if (table.has("reach")) table.read("reach", channel.reach.emplace());
+  table.refuse_unknown_keys();
+  return channel;
+}
+
 bake::EnsembleDescription read_description(TomlTable table) {
   bake::EnsembleDescription description;
   description.runs = read_runs(table);
@@ -174,6 +197,7 @@ bake::EnsembleDescription read_description(TomlTable table) {
   if (description.envelope_margin.value_or(0) < 0) table.fail("envelope_margin", "must not be negative");
   table.read("correspondence", description.correspondence);
   if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
+  for (TomlTable& channel : table.tables("channel")) description.channels.push_back(read_channel(channel));
   table.read_path("views", description.depth_sensor);
   if (description.depth_sensor.empty()) description.depth_sensor = description.region.sensor;
   table.read_path("output", description.output);

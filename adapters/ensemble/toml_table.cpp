@@ -153,6 +153,30 @@ void TomlTable::read(const char* key, std::vector<std::array<std::uint32_t, 2>>&
   into = std::move(pairs);
 }
 
+void TomlTable::read(const char* key, std::vector<NumberOrPlace>& into) {
+  const toml::node* node = node_->find(key);
+  if (node == nullptr) return;
+  const std::string expected = "needs a list of node numbers or places, like [4711] or [[0.5, 1, 2]]";
+  if (!node->is_array()) fail(key, expected + ", not " + type_of(*node));
+  std::vector<NumberOrPlace> values;
+  for (const toml::node& item : *node->as_array()) {
+    if (const auto number = as<std::uint32_t>(item)) {
+      values.emplace_back(*number);
+      continue;
+    }
+    const toml::array* place = item.as_array();
+    if (place == nullptr || place->size() != 3) fail(key, expected);
+    std::array<double, 3> numbers{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto number = as<double>((*place)[axis]);
+      if (!number) fail(key, expected);
+      numbers[axis] = *number;
+    }
+    values.emplace_back(numbers);
+  }
+  into = std::move(values);
+}
+
 void TomlTable::read_path(const char* key, std::filesystem::path& into) {
   if (!has(key)) return;
   std::string text;
@@ -171,6 +195,16 @@ std::unique_ptr<TomlTable> TomlTable::table(const char* key) {
   if (!node->is_table()) fail(key, "needs a table, not " + type_of(*node));
   return std::unique_ptr<TomlTable>(
       new TomlTable(Node{node_->file_table, node->as_table(), node_->file, node_->prefix + key + ".", {}}));
+}
+
+std::vector<TomlTable> TomlTable::tables(const char* key) {
+  std::vector<TomlTable> tables;
+  const toml::node* node = node_->find(key);
+  if (node == nullptr) return tables;
+  if (!node->is_array_of_tables()) fail(key, std::string("needs tables, each under [[") + key + "]]");
+  for (const toml::node& item : *node->as_array())
+    tables.push_back(TomlTable(Node{node_->file_table, item.as_table(), node_->file, node_->prefix + key + ".", {}}));
+  return tables;
 }
 
 void TomlTable::refuse_unknown_keys() const {

@@ -8,9 +8,13 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 namespace lbea::io {
+/// A whole number from 0, or three finite numbers.
+using NumberOrPlace = std::variant<std::uint32_t, std::array<double, 3>>;
+
 class TomlTable {
  public:
   /// The top table of a file. Throws Error{file_not_found | bad_input}.
@@ -26,6 +30,7 @@ class TomlTable {
   void read(const char* key, std::vector<std::string>& into);
   void read(const char* key, std::vector<std::uint32_t>& into);
   void read(const char* key, std::array<double, 3>& into);
+  void read(const char* key, std::vector<NumberOrPlace>& into);                 // [4711, [0.5, 1, 2]]
   void read(const char* key, std::vector<std::array<std::uint32_t, 2>>& into);  // {101 = 1, 102 = 2}
   void read_path(const char* key, std::filesystem::path& into);                 // resolved against the file's folder
 
@@ -35,6 +40,8 @@ class TomlTable {
   [[nodiscard]] bool is_text(const char* key);
   /// A table below this one; null when the key is absent.
   [[nodiscard]] std::unique_ptr<TomlTable> table(const char* key);
+  /// A list of tables, [[key]]; empty when the key is absent.
+  [[nodiscard]] std::vector<TomlTable> tables(const char* key);
   /// Throws Error{bad_input} for the first key that was never read or asked for.
   void refuse_unknown_keys() const;
 

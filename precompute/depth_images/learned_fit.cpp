@@ -239,18 +239,36 @@ float time_variation(const SampleSource& source, std::span<const FrameErrors> er
   return all > 0 ? static_cast<float>(std::sqrt(squares / all)) : 0;
 }
 
+/// Frames of tests, whole and hidden.
+using FramePair = std::array<std::vector<FrameErrors>, LearnedChannels::kinds>;
+
 /// predicted: its last rows are those of the tests.
-void learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, const ShapeRegression& regression,
-                 const Eigen::MatrixXd& predicted, LearnedFit& learned) {
+FramePair learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, const ShapeRegression& regression,
+                      const Eigen::MatrixXd& predicted, LearnedFit& learned) {
   const auto of_seen = static_cast<Eigen::Index>(seen.frames().size()),
              of_hidden = static_cast<Eigen::Index>(hidden.frames().size());
-  learned.tests = estimated_shapes(
+  FramePair frames{
       seen.errors(0, learned.metric, regression, predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen)),
-      regression);
-  learned.hidden_tests = estimated_shapes(
       regression.hidden_blend > 0 ? hidden.errors(0, learned.metric, regression, predicted.bottomRows(of_hidden))
-                                  : hidden.errors(0, learned.metric),
-      regression);
+                                  : hidden.errors(0, learned.metric)};
+  learned.tests = estimated_shapes(frames[0], regression);
+  learned.hidden_tests = estimated_shapes(frames[1], regression);
+  return frames;
+}
+
+/// frames: whole, hidden.
+void learn_channels(const SampleSource& source, const FramePair& frames, LearnedFit& learned) {
+  const std::array per_spread{double{learned.error_per_spread}, double{learned.hidden_error_per_spread}};
+  for (std::size_t first = 0; first < source.channels.size(); first += source.samples.size()) {
+    const auto values = std::span(source.channels).subspan(first, source.samples.size());
+    auto& bounds = learned.channels.emplace_back();
+    for (std::size_t kind = 0; kind < bounds.size(); ++kind)
+      bounds[kind] = learn_channel_bound(values, frames[kind], per_spread[kind]);
+  }
+}
+
+void append(std::vector<FrameErrors>& to, const std::vector<FrameErrors>& more) {
+  to.insert(to.end(), more.begin(), more.end());
 }
 
 /// Of samples as frames: the residual that the best sample of the other simulations leaves.
@@ -284,7 +302,10 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
                      .expected = std::vector<float>(source.samples.size(), 0.0f),
                      .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),
                      .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
-  if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) return learned;
+  if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) {
+    learned.channels.resize(source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
+    return learned;
+  }
 
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
   const LeftOutTests whole(source, metrics, most_matched, 0, threads);
@@ -305,12 +326,16 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   if (regression.hidden_blend > 0)
     of_hidden =
         hidden.errors(0, learned.metric, regression, predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
-  if (regression.blend > 0) learn_tests(seen_tests, hidden_tests, regression, predicted, learned);
+  FramePair frames;
+  if (regression.blend > 0) frames = learn_tests(seen_tests, hidden_tests, regression, predicted, learned);
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
   if (source.read_field)
     learned.bounds = learn_bounds(source, {of_whole, double{learned.error_per_spread}},
                                   {of_hidden, double{learned.hidden_error_per_spread}}, threads);
+  append(frames[0], of_whole);
+  append(frames[1], of_hidden);
+  learn_channels(source, frames, learned);
   learned.time_variation = time_variation(source, of_whole);
   learned.pose = learn_pose(source, learned.metric, threads);
 

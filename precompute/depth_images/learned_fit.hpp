@@ -1,6 +1,7 @@
 // What method fit learns from the ensemble: samples of each run are matched with the other runs.
 #pragma once
 
+#include "precompute/channels/channel_bounds.hpp"
 #include "precompute/depth_images/learned_pose.hpp"
 #include "precompute/depth_images/residuals.hpp"
 #include "precompute/depth_images/shape_training.hpp"
@@ -26,6 +27,8 @@ struct LearnedFit {
   TrainedShapes shapes;
   // Of left-out runs, at the times of the forecast; empty: no times or no shapes.
   std::vector<EstimatedShape> tests{}, hidden_tests{};  // seen completely; with a third hidden
+  // Per channel: of frames seen completely, and with a third hidden
+  std::vector<std::array<ChannelBound, LearnedChannels::kinds>> channels{};
 };
 
 /// Frames with a full view and with a connected third hidden, of samples spread over the ensemble, are matched by

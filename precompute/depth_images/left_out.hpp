@@ -21,6 +21,7 @@ struct SampleSource {
   std::function<void(std::size_t sample, std::span<float> positions)> read_positions{};
   /// Positions of at most 128 nodes spread over the mesh: enough to compare shapes. Set by with_cache().
   std::function<std::vector<float>(std::size_t sample)> nodes_of{};
+  std::vector<float> channels{};  // channels x samples
   std::size_t fields = 0, elements = 0;
   /// Fills `values`: one per element.
   std::function<void(std::size_t field, std::size_t sample, std::span<float> values)> read_field{};

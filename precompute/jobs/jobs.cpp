@@ -1,5 +1,6 @@
 #include "precompute/jobs/jobs.hpp"
 
+#include "precompute/channels/plan_channels.hpp"
 #include "precompute/model_file/write_model.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/samples/sample_record.hpp"
@@ -74,7 +75,9 @@ void survey_shard(const WorkFolder& work, const Ensemble& ensemble, const Ensemb
 BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
                    const BakeOptions& options) {
   BakePlan plan = survey_runs(work, ensemble, description, options);
-  solve_bases(work, plan, choose_reference(plan, options), options);
+  const Reference reference = choose_reference(plan, options);
+  solve_bases(work, plan, reference, options);
+  plan_channels(plan, reference);
   plan_samples(plan, options);
   write_plan(work, plan);
   return plan;

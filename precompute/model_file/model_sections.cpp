@@ -1,5 +1,6 @@
 #include "precompute/model_file/model_sections.hpp"
 
+#include <bit>
 #include <cstring>
 
 namespace lbea::bake {
@@ -87,6 +88,23 @@ void add_reference(SmallSections& sections, const format::Info& info, std::uint3
   sections.add<std::uint32_t>(SectionId::tree_ranges, part, {t, 3}, flat(reference.tree.ranges));
 }
 
+void add_channels(SmallSections& sections, const BakePlan& plan) {
+  if (plan.channels.empty()) return;
+  std::vector<std::string> names;
+  std::vector<std::uint32_t> rows;
+  for (const PlannedChannel& channel : plan.channels) {
+    names.insert(names.end(), {channel.name, channel.unit});
+    ChannelRow row{static_cast<std::uint32_t>(channel.kind), static_cast<std::uint32_t>(channel.component), channel.cfc,
+                   static_cast<std::uint32_t>(channel.nodes.size())};
+    for (std::size_t k = 0; k < channel.nodes.size(); ++k)
+      row.node_ids[k] = plan.survey.mesh.node_ids[channel.nodes[k]];
+    const auto words = std::bit_cast<std::array<std::uint32_t, channel_words>>(row);
+    rows.insert(rows.end(), words.begin(), words.end());
+  }
+  sections.add_text(SectionId::channel_names, joined(names));
+  sections.add<std::uint32_t>(SectionId::channel_kinds, 0, {plan.channels.size(), channel_words}, rows);
+}
+
 format::Info model_info(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
                         const EnvelopeGrid& envelope) {
   const Survey& survey = plan.survey;
@@ -113,6 +131,7 @@ SmallSections small_sections(const format::Info& info, const BakePlan& plan,
   sections.add<std::uint32_t>(SectionId::info, 0, {words.size()}, words);
   add_ensemble(sections, info, plan);
   add_component(sections, info, plan.survey);
+  add_channels(sections, plan);
   const std::array<float, 4> grid{envelope.corner[0], envelope.corner[1], envelope.corner[2], envelope.edge};
   sections.add<float>(SectionId::envelope_grid, 0, {4}, grid);
   std::vector<double> reference_times;
@@ -142,7 +161,7 @@ void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info) 
 
 /// Sections written sample by sample, and those known at the end.
 void plan_large_sections(ModelPlan& model, const EnsembleDescription& description,
-                         const std::optional<DepthCamera>& camera) {
+                         const std::optional<DepthCamera>& camera, std::uint64_t channels) {
   const format::Info& info = model.info;
   std::vector<PlannedSection>& plan = model.sections;
   const std::uint64_t s = info.samples, n = info.vertices;
@@ -158,6 +177,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   }
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
   if (has_landmarks(info, description)) plan_landmarks(plan, info);
+  if (channels > 0) plan.push_back({SectionId::channel_values, 0, ElementType::f32, {channels, s}});
   if (!camera) return;
   plan.push_back({SectionId::view_camera, 0, ElementType::f64, {format::depth_camera_words}});
   plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
@@ -176,6 +196,8 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::spread_bounds, 0, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
   plan.push_back({SectionId::expected_residuals, 0, ElementType::f32, {s}});
   plan.push_back({SectionId::pose_spreads, 0, ElementType::f64, {PoseSpreads::times, 6, 6}});
+  if (channels > 0)
+    plan.push_back({SectionId::channel_bounds, 0, ElementType::f64, {channels, LearnedChannels::kinds, 3}});
   plan_forecast(plan, info);
 }
 
@@ -199,7 +221,7 @@ ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& ba
   // The length is planned before the kept variance is known; blanks fill the rest.
   model.provenance_size = provenance_json(plan, bases, 0, left_out).size() + 32;
   model.small.plan(model.sections);
-  plan_large_sections(model, plan.description, plan.camera);
+  plan_large_sections(model, plan.description, plan.camera, plan.channels.size());
   return model;
 }
 
@@ -237,6 +259,13 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   for (std::size_t i = 0; i < learned.bounds.size(); ++i)
     writer.write<double>(SectionId::spread_bounds, 0, 2 * i,
                          std::array{learned.bounds[i].share, learned.bounds[i].per_spread});
+}
+
+void write_channel_bounds(ModelWriter& writer, const LearnedFit& learned) {
+  for (std::size_t channel = 0; channel < learned.channels.size(); ++channel)
+    for (std::size_t kind = 0; kind < LearnedChannels::kinds; ++kind)
+      writer.write<double>(SectionId::channel_bounds, 0, 3 * (LearnedChannels::kinds * channel + kind),
+                           std::bit_cast<std::array<double, 3>>(learned.channels[channel][kind]));
 }
 
 void write_forecast(ModelWriter& writer, const TrainedForecast& forecast) {

@@ -36,7 +36,9 @@ class RunAppender {
       if (!image_.empty()) writer_.write<std::uint16_t>(SectionId::view_depths, 0, samples_ * image_.size(), image_);
     }
     const std::vector<Moments> run_moments = read_moments(record);
+    const std::vector<float> channels = read_channel_values(record);
     record.finish();
+    write_channels(channels, plan_.survey.runs[run].steps.size());
     grid_and_images.envelope(envelope_);
     if (run_moments.size() != moments_.size()) record.fail("is damaged");
     for (std::size_t reference = 0; reference < moments_.size(); ++reference)
@@ -52,6 +54,13 @@ class RunAppender {
   template <class T>
   void write_row(SectionId id, std::size_t part, const std::vector<T>& row) {
     writer_.write<T>(id, static_cast<std::uint32_t>(part), samples_ * row.size(), row);
+  }
+  /// values: channels x steps of the run whose samples were written last.
+  void write_channels(std::span<const float> values, std::size_t steps) {
+    const std::size_t all = plan_.survey.samples();
+    for (std::size_t channel = 0; channel < plan_.channels.size(); ++channel)
+      writer_.write<float>(SectionId::channel_values, 0, channel * all + samples_ - steps,
+                           values.subspan(channel * steps, steps));
   }
   void write_sample_rows() {
     write_row(SectionId::node_positions, 0, sample_.positions);
@@ -112,6 +121,8 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const Fi
   source.read_positions = [&writer](std::size_t sample, std::span<float> positions) {
     writer.read<float>(SectionId::node_positions, 0, sample * positions.size(), positions);
   };
+  source.channels.resize(plan.channels.size() * source.samples.size());
+  if (!source.channels.empty()) writer.read<float>(SectionId::channel_values, 0, 0, source.channels);
   source.fields = plan.survey.fields.size();
   source.elements = plan.survey.mesh.elements.size();
   source.read_field = [&fields](std::size_t field, std::size_t sample, std::span<float> values) {
@@ -149,6 +160,13 @@ BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasi
   return summary;
 }
 
+/// The nodes as numbers, and how far they are from given points.
+ChannelReport described(const PlannedChannel& channel, const CommonMesh& mesh) {
+  ChannelReport report{channel.name, channel.unit, channel.kind, channel.component, channel.cfc, {}, channel.distances};
+  for (const std::uint32_t node : channel.nodes) report.node_ids.push_back(mesh.node_ids[node]);
+  return report;
+}
+
 /// What a user can check: size, times, fields, and what was left out.
 void add_facts(const BakePlan& plan, BakeSummary& summary) {
   const Survey& survey = plan.survey;
@@ -169,6 +187,7 @@ void add_facts(const BakePlan& plan, BakeSummary& summary) {
   for (std::size_t run = 0; run < survey.runs.size(); ++run)
     if (survey.runs[run].mapping) summary.mapped.push_back({plan.ensemble.runs[run].name, *survey.runs[run].mapping});
   summary.warnings = survey.warnings;
+  for (const PlannedChannel& channel : plan.channels) summary.channels.push_back(described(channel, survey.mesh));
   constexpr std::size_t few = 5;
   const std::size_t runs = survey.runs.size();  // without those that were left out
   if (plan.camera && runs < few)
@@ -242,6 +261,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
     const SampleSource source = source_of(plan, writer, appender.fields());
     const LearnedFit learned = learn_fit(source, options.threads);
     write_learned_fit(writer, *plan.camera, learned);
+    write_channel_bounds(writer, learned);
     write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
   }
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, appender.envelope().finish().bits);

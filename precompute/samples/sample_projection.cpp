@@ -4,7 +4,9 @@
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <numeric>
 
 namespace lbea::bake {
 namespace {
@@ -74,9 +76,12 @@ class RunProjector {
     const std::string& name = plan_.ensemble.runs[run].name;
     const RunSurvey& survey = plan_.survey.runs[run];
     const MeshMapping mapping = map_common(plan_.survey.mesh, reader.mesh(), name);
-    for (const std::uint32_t step : survey.steps) {
+    ChannelRecorder channels(plan_.channels, mapping.nodes);
+    for (const std::uint32_t step : states_to_read(reader, survey)) {
       stage.check();
       reader.read(step, state_);
+      if (!plan_.channels.empty()) channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name);
+      if (!std::ranges::binary_search(survey.steps, step)) continue;
       check_state(reader, state_, name, step);
       copy_positions(mapping);
       copy_fields(mapping, survey);
@@ -87,9 +92,22 @@ class RunProjector {
       stage.step();
     }
     write_moments(record, moments_);
+    write_channel_values(record, channels.values(survey.steps, name));
   }
 
  private:
+  /// Channels need all states: displacements count from the first one, derivatives depend on the neighbors.
+  [[nodiscard]] std::vector<std::uint32_t> states_to_read(const SimulationReader& reader,
+                                                          const RunSurvey& survey) const {
+    if (plan_.channels.empty()) return survey.steps;
+    std::vector<std::uint32_t> states(reader.states());
+    std::iota(states.begin(), states.end(), 0u);
+    return states;
+  }
+  [[nodiscard]] double time_s(const SimulationReader& reader, std::uint32_t state) const {
+    return reader.time_s(state) * plan_.description.time_factor;
+  }
+
   void copy_positions(const MeshMapping& mapping) {
     for (std::size_t i = 0; i < mapping.nodes.size(); ++i) {
       const float* from = &state_.positions[3 * std::size_t{mapping.nodes[i]}];

@@ -62,6 +62,14 @@ std::vector<Moments> read_moments(WorkReader& file) {
   return moments;
 }
 
+void write_channel_values(WorkWriter& file, const std::vector<float>& values) { Saver{file}(values); }
+
+std::vector<float> read_channel_values(WorkReader& file) {
+  std::vector<float> values;
+  Loader{file}(values);
+  return values;
+}
+
 void Moments::add(const Eigen::VectorXd& mass, const Eigen::MatrixXd& positions, const Eigen::MatrixXd& coefficients) {
   samples += 1;
   squared_positions += squared_in(mass, positions);
@@ -110,6 +118,7 @@ void write_grid_and_images(const WorkFolder& work, const BakePlan& plan, std::si
     file.bytes(std::as_bytes(std::span(image)));
   }
   (void)read_moments(record);
+  (void)read_channel_values(record);
   record.finish();
   Saver{file}(envelope.layout().bits);
   file.commit();

@@ -42,6 +42,9 @@ struct Moments {
 /// After the last sample of a record; one per reference.
 void write_moments(WorkWriter& file, const std::vector<Moments>& moments);
 [[nodiscard]] std::vector<Moments> read_moments(WorkReader& file);
+/// After the moments: channels x samples of the run.
+void write_channel_values(WorkWriter& file, const std::vector<float>& values);
+[[nodiscard]] std::vector<float> read_channel_values(WorkReader& file);
 
 /// The parts of a run's output that depend on the envelope grid and the sensor pose: depth images and the grid cells of
 /// its surfaces. Made from the run's finished record, so that the run is not read again when these change.

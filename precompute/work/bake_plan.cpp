@@ -6,8 +6,8 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 5;
-constexpr WorkName plan_name{WorkKind::plan, 4};  // the number: to be raised with every change of the content of a plan
+constexpr std::uint32_t work_version = 6;
+constexpr WorkName plan_name{WorkKind::plan, 5};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
@@ -31,10 +31,13 @@ static void members(auto& a, Survey& s) {
 static void members(auto& a, StepSelection& s) { a(s.first, s.last, s.stride, s.list); }
 static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
+static void members(auto& a, ChannelPoint& p) { a(p.is_node, p.node, p.position); }
+static void members(auto& a, ChannelDescription& c) { a(c.name, c.kind, c.component, c.cfc, c.points, c.reach); }
+static void members(auto& a, PlannedChannel& c) { a(c.name, c.unit, c.kind, c.component, c.cfc, c.nodes, c.distances); }
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
-    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.depth_sensor,
-    d.output);
+    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.channels,
+    d.depth_sensor, d.output);
 }
 static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
 static void members(auto& a, Ensemble& e) {
@@ -46,7 +49,9 @@ static void members(auto& a, PlannedRun& r) { a(r.modified, r.survey, r.record, 
 static void members(auto& a, DepthCamera& c) {
   a(c.T_reference_sensor, c.focal, c.center_column, c.center_row, c.depth_origin, c.depth_step, c.columns, c.rows);
 }
-static void members(auto& a, BakePlan& p) { a(p.description, p.ensemble, p.survey, p.runs, p.bases, p.camera); }
+static void members(auto& a, BakePlan& p) {
+  a(p.description, p.ensemble, p.survey, p.runs, p.bases, p.channels, p.camera);
+}
 static void members(auto& a, BakedTree& t) { a(t.order, t.boxes, t.ranges); }
 static void members(auto& a, ReferenceBasis& b) {
   std::uint64_t degenerate = b.degenerate_triangles;
@@ -148,8 +153,9 @@ std::vector<std::int64_t> last_changes(const std::vector<std::filesystem::path>&
 }
 
 void set_keys(BakePlan& plan) {
-  const std::uint64_t common =
+  std::uint64_t common =
       key_of(work_version, plan.survey.mesh, plan.bases, plan.survey.fields, plan.description.correspondence);
+  if (!plan.channels.empty()) common = key_of(common, plan.channels, plan.description.time_factor);
   const std::uint64_t place = key_of(plan.survey.min, plan.survey.max, plan.description.margin(), plan.camera);
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {
     const RunSurvey& survey = plan.survey.runs[run];

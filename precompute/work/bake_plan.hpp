@@ -2,6 +2,7 @@
 #pragma once
 
 #include "precompute/basis/reference_basis.hpp"
+#include "precompute/channels/channel_series.hpp"
 #include "precompute/survey/survey.hpp"
 #include "precompute/work/work_folder.hpp"
 #include "runtime/src/depth/depth_images.hpp"
@@ -30,6 +31,7 @@ struct BakePlan {
   Survey survey;                                  // runs that are left out have no steps
   std::vector<PlannedRun> runs;                   // as in the ensemble
   std::vector<std::uint64_t> bases;               // keys, per reference
+  std::vector<PlannedChannel> channels;           // as in the description
   std::optional<DepthCamera> camera;              // of the depth images, when there are any
   double reading_seconds = 0, bases_seconds = 0;  // duration of these steps; not kept in the file
 };

@@ -79,6 +79,18 @@ TEST_CASE("values of another type are refused with key and line") {
   check_refused("time_unit = 0", {"positive"});
 }
 
+TEST_CASE("channels that cannot be are refused with key and line") {
+  check_refused("channel = {}", {"needs tables, each under [[channel]]"});
+  check_refused("channel = [{kind = \"displacement\"}]", {"\"channel.name\" is missing"});
+  check_refused("channel = [{name = \"a\"}]", {"\"channel.kind\" is missing", "intrusion"});
+  check_refused("channel = [{name = \"a\", kind = \"velocty\"}]", {"did you mean \"velocity\"?"});
+  check_refused("channel = [{name = \"a\", kind = \"velocity\", component = \"w\"}]", {"cannot be \"w\""});
+  for (const char* points : {"4711", "[-1]", "[1.5]", "[[1, 2]]", "[[1, 2, nan]]", "[\"a\"]"})
+    check_refused(std::string("channel = [{name = \"a\", kind = \"velocity\", points = ") + points + "}]",
+                  {"needs a list of node numbers or places"});
+  check_refused("channel = [{name = \"a\", kind = \"velocity\", node = 1}]", {"unknown key \"channel.node\""});
+}
+
 TEST_CASE("runs that are not there") {
   check_refused("exclude = [\"b\"]", {"\"b\"", "none of the runs"});
   check_refused("exclude = [\"*\"]", {"leaves no run"});

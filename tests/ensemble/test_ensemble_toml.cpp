@@ -28,6 +28,40 @@ using Counts = std::vector<std::uint32_t>;
 
 }  // namespace
 
+TEST_CASE("channels are read in their order, with nodes and places") {
+  const EnsembleFile ensemble;
+  const auto channels = ensemble
+                            .read(R"(runs = ["runs/*"]
+[[channel]]
+name = "free end"
+kind = "velocity"
+component = "x"
+cfc = 60
+points = [4711]
+[[channel]]
+name = "gap"
+kind = "distance"
+points = [[0.5, 1, -2], 7]
+reach = 4
+)")
+                            .channels;
+  REQUIRE(channels.size() == 2);
+  CHECK(channels[0].name == "free end");
+  CHECK(channels[0].kind == ChannelKind::velocity);
+  CHECK(channels[0].component == ChannelComponent::x);
+  CHECK(channels[0].cfc == 60);
+  REQUIRE(channels[0].points.size() == 1);
+  CHECK(channels[0].points[0].is_node);
+  CHECK(channels[0].points[0].node == 4711);
+  CHECK_FALSE(channels[0].reach.has_value());
+  REQUIRE(channels[1].points.size() == 2);
+  CHECK(channels[1].component == ChannelComponent::resultant);
+  CHECK_FALSE(channels[1].points[0].is_node);
+  CHECK(channels[1].points[0].position == std::array{0.5, 1.0, -2.0});
+  CHECK(channels[1].points[1].node == 7);
+  CHECK(channels[1].reach == 4);
+}
+
 TEST_CASE("what is not said keeps its default") {
   const EnsembleFile ensemble;
   const EnsembleDescription read = ensemble.read("runs = [\"runs/*\"]"), standard;

@@ -155,6 +155,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
   const bake::SimulationMesh reference = ensemble.runs[ensemble.reference_run].open()->mesh();
   check_mesh(reference, ensemble.runs[ensemble.reference_run].name);
   if (!has_numbers_of(mesh_of(model), reference)) return;
+  if (!description.channels.empty()) return;  // channels need states that a model lacks
   for (std::size_t i = 0; i < ensemble.runs.size(); ++i) {
     bake::EnsembleRun& run = ensemble.runs[i];
     const auto simulation = simulation_called(model, run.name);

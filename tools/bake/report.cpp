@@ -61,6 +61,35 @@ Json mapped_runs(const bake::BakeSummary& summary) {
   return mapped;
 }
 
+/// With the distances of the nodes from given points.
+void print_channels(const bake::BakeSummary& summary) {
+  for (const bake::ChannelReport& channel : summary.channels) {
+    std::string nodes;
+    for (std::size_t i = 0; i < channel.node_ids.size(); ++i) {
+      nodes += (i == 0 ? "" : ", ") + std::to_string(channel.node_ids[i]);
+      if (channel.distances[i] > 0)
+        nodes += formatted(" (%.3g %s from the point)", channel.distances[i], summary.length_unit.c_str());
+    }
+    std::printf("channel        %s [%s]: %s %s at node %s\n", printable(channel.name).c_str(), channel.unit.c_str(),
+                std::string(channel_kind_names[static_cast<std::size_t>(channel.kind)]).c_str(),
+                std::string(channel_component_names[static_cast<std::size_t>(channel.component)]).c_str(),
+                nodes.c_str());
+  }
+}
+
+Json channels_of(const bake::BakeSummary& summary) {
+  Json channels = Json::array();
+  for (const bake::ChannelReport& channel : summary.channels)
+    channels.push_back({{"name", channel.name},
+                        {"unit", channel.unit},
+                        {"kind", channel_kind_names[static_cast<std::size_t>(channel.kind)]},
+                        {"component", channel_component_names[static_cast<std::size_t>(channel.component)]},
+                        {"cfc", channel.cfc},
+                        {"nodes", channel.node_ids},
+                        {"distances", channel.distances}});
+  return channels;
+}
+
 void print_facts(const bake::BakeSummary& summary) {
   std::printf("size           %.4g x %.4g x %.4g %s, all samples\n", static_cast<double>(summary.size[0]),
               static_cast<double>(summary.size[1]), static_cast<double>(summary.size[2]), summary.length_unit.c_str());
@@ -74,6 +103,7 @@ void print_facts(const bake::BakeSummary& summary) {
                 losses.eroded + losses.missing, losses.elements, losses.nodes_left_out, losses.nodes, losses.eroded,
                 losses.runs.size(), printable(joined(losses.runs, 3)).c_str(), losses.missing);
   print_mapped(summary);
+  print_channels(summary);
   if (losses.exposed > 0) std::printf("added          %u faces that erosion exposes\n", losses.exposed);
   for (const std::string& warning : summary.warnings) std::printf("warning        %s\n", printable(warning).c_str());
 }
@@ -98,6 +128,7 @@ Json facts(const bake::BakeSummary& summary) {
             {"exposed", losses.exposed},
             {"eroding_runs", losses.runs}}},
           {"mapped", mapped_runs(summary)},
+          {"channels", channels_of(summary)},
           {"warnings", summary.warnings}};
 }
 

@@ -1,0 +1,58 @@
+// The values of channels over the states of a run.
+#pragma once
+
+#include "precompute/ensemble.hpp"
+
+#include <Eigen/Dense>
+
+#include <span>
+#include <vector>
+
+namespace lbea::bake {
+
+/// A channel of the description with its nodes.
+struct PlannedChannel {
+  std::string name, unit;
+  ChannelKind kind = ChannelKind::displacement;
+  ChannelComponent component = ChannelComponent::resultant;
+  std::uint32_t cfc = 0;             // 0: not filtered
+  std::vector<std::uint32_t> nodes;  // of the common mesh
+  std::vector<double> distances;     // from the given points, length unit; 0: given by number
+};
+
+/// How many nodes a channel has: 1; 2 of a distance; 4 of an intrusion, whose last three are its coordinate system: the
+/// origin, a node on the x axis, and one in the x-y plane on the side of positive y.
+[[nodiscard]] std::size_t nodes_of(ChannelKind kind) noexcept;
+/// "mm", "mm/s" or "mm/s^2".
+[[nodiscard]] std::string unit_of(ChannelKind kind, const std::string& length_unit);
+
+/// Positions of a node in all states of a run.
+using Track = std::vector<Eigen::Vector3d>;
+
+/// One value per state. times: of all states of the run, s. tracks: one per node of the channel.
+/// Throws Error{bad_input}, without the names of run and channel, if there are too few states for a derivative or they
+/// are too rare for the class, times do not ascend, or the three nodes of a coordinate system lie on a line.
+[[nodiscard]] std::vector<double> channel_series(const PlannedChannel& channel, std::span<const double> times,
+                                                 std::span<const Track> tracks);
+
+/// The channels of a run, state by state.
+class ChannelRecorder {
+ public:
+  /// nodes: of the common mesh -> of the run's. Keeps a reference to the channels.
+  ChannelRecorder(const std::vector<PlannedChannel>& channels, std::vector<std::uint32_t> nodes);
+
+  /// positions: of the run's next state, nodes x 3. node_ids: of the run, for messages.
+  /// Throws Error{bad_input} naming run, state and node if a position is missing, not finite or too large.
+  void add(std::span<const float> positions, std::span<const std::uint32_t> node_ids, double time_s,
+           const std::string& run);
+  /// channels x steps. steps: states. Throws Error{bad_input} naming run and channel.
+  [[nodiscard]] std::vector<float> values(std::span<const std::uint32_t> steps, const std::string& run) const;
+
+ private:
+  const std::vector<PlannedChannel>& channels_;
+  std::vector<std::uint32_t> nodes_;
+  std::vector<double> times_;
+  std::vector<std::vector<Track>> tracks_;  // per channel, per node
+};
+
+}  // namespace lbea::bake
