@@ -28,6 +28,9 @@ lbea_model* opened(const char* file);
 lbea_model_info info_of(const lbea_model* model);
 lbea_frame frame_of(const lbea_model* model, uint32_t sample); /* its nodes, in reference coordinates */
 
+/* test_c_channels.c */
+void channels_are_given(const char* plates);
+
 void structs_grow(const char* model_file); /* test_c_structs.c */
 
 /* test_c_fit.c */

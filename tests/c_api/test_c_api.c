@@ -305,6 +305,7 @@ int main(int argc, char** argv) {
   pose_errors_are_corrected(argv[1], argv[2], argv[3], argv[4]);
   lbea_model_close(model);
   matchers_outlive_their_model(argv[1]);
+  channels_are_given(argv[1]);
   structs_grow(argv[1]);
   printf("%d checks failed\n", failures);
   return failures != 0;

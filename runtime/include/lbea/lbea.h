@@ -97,6 +97,13 @@ typedef struct lbea_weighted_sample {
   float weight;
 } lbea_weighted_sample;
 
+/** A quantity of interest in a frame. */
+typedef struct lbea_channel_value {
+  float value;
+  float bound_90; /**< the true value differs by less in 90 % of the frames of runs that are not in the ensemble; NaN:
+                       not known */
+} lbea_channel_value;
+
 /** Initialize with lbea_config_init, then change what you need. */
 typedef struct lbea_config {
   uint32_t struct_size;
@@ -135,8 +142,10 @@ typedef struct lbea_result {
                          ensemble; length unit; NaN: not known */
   float pose_turn;  /**< fit: angle of the test's pose error, which is corrected, degrees; NaN: not estimated */
   float pose_shift; /**< its shift of the component's middle, length unit */
-  float pose_turn_sd, pose_shift_sd; /**< their standard deviations */
-  float test_time, test_time_sd;     /**< time since the impact by the frames so far, s; its standard deviation */
+  float pose_turn_sd, pose_shift_sd;  /**< their standard deviations */
+  float test_time, test_time_sd;      /**< time since the impact by the frames so far, s; its standard deviation */
+  uint32_t channel_count;             /**< of the model; 0 for a refused frame */
+  const lbea_channel_value* channels; /**< of the estimate by fit, else of the best sample */
 } lbea_result;
 
 /* The members of lbea_result with the names of FrameNumbers and FitNumbers in C++: X(name). New ones go to its end. */
@@ -221,7 +230,11 @@ LBEA_API lbea_status lbea_model_open_memory(const void* image, size_t size, lbea
 LBEA_API void lbea_model_close(lbea_model* model);
 LBEA_API lbea_status lbea_model_get_info(const lbea_model* model, lbea_model_info* info);
 LBEA_API lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_field_info* info);
-/** NULL for an index out of range, as with the next three. Lives as long as the model. */
+/** Quantities of interest that the ensemble description names; 0 when model is NULL. */
+LBEA_API uint32_t lbea_model_channel_count(const lbea_model* model);
+/** NULL for an index out of range, as with the next five. Lives as long as the model. */
+LBEA_API const char* lbea_model_channel_name(const lbea_model* model, uint32_t channel);
+LBEA_API const char* lbea_model_channel_unit(const lbea_model* model, uint32_t channel);
 LBEA_API const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation);
 LBEA_API const char* lbea_model_parameter_name(const lbea_model* model, uint32_t parameter);
 /** nodes x 3: the sample's whole deformed mesh, including what no camera sees. */

@@ -6,6 +6,8 @@ namespace {
 static_assert(sizeof(lbea_status) == 4 && sizeof(lbea_method) == 4 && sizeof(lbea_verdict) == 4,
               "enums are four bytes wide");
 static_assert(sizeof(lbea_point) == sizeof(Point) && alignof(lbea_point) == alignof(Point));
+static_assert(sizeof(lbea_channel_value) == sizeof(ChannelValue) &&
+              offsetof(lbea_channel_value, bound_90) == offsetof(ChannelValue, bound_90));
 static_assert(LBEA_METHOD_LBEA == static_cast<int>(Method::lbea) && LBEA_METHOD_VTP == static_cast<int>(Method::vtp) &&
               LBEA_METHOD_FIT == static_cast<int>(Method::fit));
 
@@ -77,6 +79,8 @@ lbea_result to_c(const MatchResult& result) noexcept {
 #define LBEA_COPY(name) c.name = result.fit.name;
   LBEA_FIT_NUMBERS(LBEA_COPY)
 #undef LBEA_COPY
+  c.channel_count = static_cast<std::uint32_t>(result.channels.size());
+  c.channels = reinterpret_cast<const lbea_channel_value*>(result.channels.data());
   c.points_received = result.points.received;
   c.points_invalid = result.points.invalid;
   c.points_culled = result.points.culled;

@@ -63,6 +63,16 @@ lbea_status lbea_model_get_field(const lbea_model* model, uint32_t field, lbea_f
   return LBEA_OK;
 }
 
+uint32_t lbea_model_channel_count(const lbea_model* model) { return model == nullptr ? 0 : model->model.channels(); }
+
+const char* lbea_model_channel_name(const lbea_model* model, uint32_t channel) {
+  return channel < lbea_model_channel_count(model) ? model->channels[channel].first.c_str() : nullptr;
+}
+
+const char* lbea_model_channel_unit(const lbea_model* model, uint32_t channel) {
+  return channel < lbea_model_channel_count(model) ? model->channels[channel].second.c_str() : nullptr;
+}
+
 const char* lbea_model_simulation_name(const lbea_model* model, uint32_t simulation) {
   if (model == nullptr || simulation >= model->simulation_names.size()) return nullptr;
   return model->simulation_names[simulation].c_str();

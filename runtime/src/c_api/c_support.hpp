@@ -19,12 +19,14 @@ struct lbea_model {
     for (std::uint32_t p = 0; p < model.parameters(); ++p) parameter_names.emplace_back(model.parameter_name(p));
     for (std::uint32_t f = 0; f < model.fields(); ++f)
       fields.emplace_back(std::string(model.field(f).name), std::string(model.field(f).unit));
+    for (std::uint32_t c = 0; c < model.channels(); ++c)
+      channels.emplace_back(std::string(model.channel(c).name), std::string(model.channel(c).unit));
   }
   lbea::Model model;
   // Text with a zero byte at its end, which C needs and the file's text lacks.
   std::string length_unit;
   std::vector<std::string> simulation_names, parameter_names;
-  std::vector<std::pair<std::string, std::string>> fields;  // name, unit
+  std::vector<std::pair<std::string, std::string>> fields, channels;  // name, unit
 };
 
 struct lbea_matcher {
