@@ -191,6 +191,10 @@ struct WireForecast {
   std::vector<ParameterForecast> parameters;
 };
 
+struct WireChannel : ChannelValue {
+  std::string name, unit;
+};
+
 struct WireResult : FrameNumbers {
   std::uint64_t sequence = 0;  // rises by one per message on the results socket
   std::uint64_t session = 0;
@@ -205,6 +209,7 @@ struct WireResult : FrameNumbers {
   WireFit fit;
   WireTestState test;
   WireForecast forecast;
+  std::vector<WireChannel> channels;  // in the order of the model
   WireTimes elapsed_ns;
   Counters counters;
   std::int64_t receive_ns = 0;

@@ -165,6 +165,24 @@ WireTestState read(const schema::TestState* from) {
   return test;
 }
 
+Offset<flatbuffers::Vector<Offset<schema::Channel>>> build(FlatBufferBuilder& builder,
+                                                           const std::vector<WireChannel>& channels) {
+  if (channels.empty()) return 0;
+  std::vector<Offset<schema::Channel>> built;
+  for (const WireChannel& channel : channels) {
+    const auto name = builder.CreateString(channel.name), unit = builder.CreateString(channel.unit);
+    built.push_back(schema::CreateChannel(builder, name, unit, channel.value, channel.bound_90));
+  }
+  return builder.CreateVector(built);
+}
+
+std::vector<WireChannel> read(const flatbuffers::Vector<Offset<schema::Channel>>* from) {
+  std::vector<WireChannel> channels;
+  if (from == nullptr) return channels;
+  for (const auto* c : *from) channels.push_back({{c->value(), c->bound_90()}, text(c->name()), text(c->unit())});
+  return channels;
+}
+
 Offset<schema::Forecast> build(FlatBufferBuilder& builder, const WireForecast& forecast) {
   if (forecast.frames == 0) return 0;
   std::vector<schema::RunWeight> runs;
@@ -242,6 +260,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   const auto fit = build(builder, result.fit);
   const auto test = build(builder, result.test);
   const auto forecast = build(builder, result.forecast);
+  const auto channels = build(builder, result.channels);
   const schema::PointTally points(result.points.received, result.points.invalid, result.points.culled,
                                   result.points.used);
   const schema::StageTimes times = build(result.elapsed_ns);
@@ -253,6 +272,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   table.add_frame_id(result.frame_id);
   table.add_session(result.session);
   table.add_sequence(result.sequence);
+  if (!channels.IsNull()) table.add_channels(channels);
   table.add_forecast(forecast);
   table.add_test(test);
   table.add_fit(fit);
@@ -297,6 +317,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.fit = read(from->fit());
   into.test = read(from->test());
   into.forecast = read(from->forecast());
+  into.channels = read(from->channels());
   return WireStatus::ok;
 }
 

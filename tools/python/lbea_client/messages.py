@@ -99,6 +99,7 @@ def decode_result(message):
     found.kind = kind
     if kind == "result":
         found.matches = found.matches or []
+        found.channels = found.channels or []
     return found
 
 

@@ -6,6 +6,7 @@ namespace lbea::tool {
 namespace {
 
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
+constexpr std::size_t max_channels = 1024;                  // that a bake accepts
 constexpr std::size_t max_runs = 512, max_parameters = 64;  // of a forecast
 
 /// match() returns no other status.
@@ -116,6 +117,7 @@ wire::ModelSummary summarize(const Model& model, const std::string& file) {
 
 void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.matches.reserve(max_matches);
+  outcome.channels.reserve(max_channels);
   outcome.result.fit.candidates.reserve(max_candidates);
   outcome.result.fit.ranks.reserve(max_candidates);
   outcome.result.fit.estimate.reserve(max_candidates);
@@ -128,6 +130,7 @@ void reserve(Outcome& outcome, std::uint32_t max_matches) {
 
 void clear(Outcome& outcome) noexcept {
   outcome.matches.clear();
+  outcome.channels.clear();
   wire::WireResult& result = outcome.result;
   wire::WireResult fresh;
   fresh.fit.candidates = emptied(result.fit.candidates);
@@ -151,6 +154,7 @@ void fill_outcome(Outcome& outcome, const MatchResult& match) noexcept {
   result.leading_coordinates = match.leading_coordinates;
   result.verdict = to_wire(match.verdict);
   outcome.matches.assign(match.matches.begin(), match.matches.end());
+  outcome.channels.assign(match.channels.begin(), match.channels.end());
   fill(result.fit, match.fit);
 }
 
@@ -177,6 +181,10 @@ void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult
   for (const Match& match : outcome.matches)
     into.matches.push_back({match.sample, std::string(engine.simulation_name(match.sample.simulation)),
                             engine.time_s(match.sample), match.distance});
+  for (std::uint32_t c = 0; c < outcome.channels.size(); ++c) {
+    const ChannelInfo info = engine.channel(c);
+    into.channels.push_back({outcome.channels[c], std::string(info.name), std::string(info.unit)});
+  }
 }
 
 void complete_verdict(wire::WireResult& result) noexcept {

@@ -29,6 +29,7 @@ class MatchEngine {
   virtual void begin_test() noexcept {}
   [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
   [[nodiscard]] virtual double time_s(Sample sample) const noexcept = 0;
+  [[nodiscard]] virtual ChannelInfo channel(std::uint32_t) const noexcept { return {}; }
 };
 
 struct HistorySettings {
@@ -70,6 +71,9 @@ class ModelEngine final : public MatchEngine {
     return matchers_.front().model().simulation_name(simulation);
   }
   [[nodiscard]] double time_s(Sample sample) const noexcept override;
+  [[nodiscard]] ChannelInfo channel(std::uint32_t channel) const noexcept override {
+    return matchers_.front().model().channel(channel);
+  }
 
  private:
   std::vector<Matcher> matchers_;
@@ -81,10 +85,11 @@ class ModelEngine final : public MatchEngine {
 /// The model as the state message describes it.
 [[nodiscard]] wire::ModelSummary summarize(const Model& model, const std::string& file);
 
-/// A result without the matches' names. reserve() allocates; the others do not.
+/// A result without the names of matches and channels. reserve() allocates; the others do not.
 struct Outcome {
-  wire::WireResult result;     // without matches
-  std::vector<Match> matches;  // compose() adds their names
+  wire::WireResult result;             // without matches
+  std::vector<Match> matches;          // compose() adds their names
+  std::vector<ChannelValue> channels;  // the same
 };
 
 void reserve(Outcome& outcome, std::uint32_t max_matches);
