@@ -1,5 +1,6 @@
 #include "tools/eval/evaluation_report.hpp"
 
+#include "tools/eval/channels/channel_tables.hpp"
 #include "tools/eval/forecast/forecast_tables.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
@@ -374,7 +375,7 @@ std::string tables(const Evaluation& evaluation) {
   text += worst_table(evaluation) + branch_table(evaluation);
   for (const char* title : {"unseen", "contained"}) text += robustness_table(evaluation, title);
   return text + verdict_table(evaluation) + bound_table(evaluation) + field_table(evaluation) +
-         forecast_tables(evaluation) + time_table(evaluation);
+         forecast_tables(evaluation) + channel_tables(evaluation) + time_table(evaluation);
 }
 
 }  // namespace lbea::tool

@@ -77,6 +77,7 @@ class Test {
     Tracker tracker(model_);
     history_.reset();
     judge_forecasts();
+    judge_channels();
     if (!settings_.estimate_pose) history_.fix_pose();
     if (settings_.knows_impact) history_.set_impact(0);
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
@@ -128,6 +129,10 @@ class Test {
     score_fit(row, by_fit);
     score_tracked(row, tracker.update(by_fit));
     if (judge_) judge_->add(by_fit, row.time_s);
+    if (channel_judge_) {
+      row.channels = channel_judge_->scores(by_fit, step);
+      row.channels_ns = channel_judge_->evaluation_ns(by_fit);
+    }
     if (setup_.icp) score_icp(row, points);
     row.leading_coordinates = by_lbea.leading_coordinates;
     const PoseError left = left_over(history_.pose_correction(), settings_.disturbance, share_of_pose_error(step),
@@ -210,6 +215,17 @@ class Test {
     reader_->read(reader_->states() - 1, state_);
     mesh_.positions(state_.positions, truth_);
     judge_.emplace(model_, truth_);
+  }
+  void judge_channels() {
+    if (model_.channels() == 0) return;
+    std::vector<double> times;
+    for (std::uint32_t state = 0; state < reader_->states(); ++state)
+      times.push_back(reader_->time_s(state) * settings_.time_factor);
+    const auto read = [&](std::uint32_t state, std::vector<float>& positions) {
+      reader_->read(state, state_);
+      mesh_.positions(state_.positions, positions);
+    };
+    channel_judge_.emplace(model_, times, read, name_);
   }
   void find_field() {
     if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;
@@ -299,6 +315,7 @@ class Test {
   Inferred inferred_;
   std::optional<MeshSeries> meshes_;
   std::optional<ForecastJudge> judge_;
+  std::optional<ChannelJudge> channel_judge_;
 };
 
 }  // namespace

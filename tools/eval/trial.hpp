@@ -3,6 +3,7 @@
 
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/simulation.hpp"
+#include "tools/eval/channels/channel_score.hpp"
 #include "tools/eval/experiments.hpp"
 #include "tools/eval/forecast/forecast_score.hpp"
 #include "tools/eval/icp_baseline.hpp"
@@ -66,6 +67,8 @@ struct FrameTrial : FrameNumbers {
   double icp_s = not_measured;
   FieldError field;  // of the model's first field
   std::array<BoundCheck, bounded_names.size()> bounds;
+  std::vector<ChannelScore> channels;  // of fit; empty: none
+  double channels_ns = not_measured;
 
   [[nodiscard]] BoundCheck& of(Bounded bounded) noexcept { return bounds[static_cast<std::size_t>(bounded)]; }
 };

@@ -1,0 +1,61 @@
+#include "tools/eval/channels/channel_score.hpp"
+
+#include "runtime/src/fit/surface_fit.hpp"
+#include "runtime/src/model/model_view.hpp"
+
+#include <chrono>
+#include <numeric>
+
+namespace lbea::tool {
+namespace {
+
+std::vector<bake::PlannedChannel> planned_channels(const Model& model) {
+  std::vector<bake::PlannedChannel> planned;
+  const auto ids = model.node_ids();
+  for (std::uint32_t c = 0; c < model.channels(); ++c) {
+    const ChannelInfo info = model.channel(c);
+    const ChannelRow row = model.view().channels->row(c);
+    bake::PlannedChannel& channel = planned.emplace_back(bake::PlannedChannel{
+        std::string(info.name), std::string(info.unit), info.kind, info.component, info.cfc, {}, {}});
+    for (std::size_t k = 0; k < row.nodes; ++k)
+      channel.nodes.push_back(static_cast<std::uint32_t>(std::ranges::find(ids, row.node_ids[k]) - ids.begin()));
+  }
+  return planned;
+}
+
+std::vector<std::uint32_t> first_numbers(std::size_t count) {
+  std::vector<std::uint32_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0u);
+  return numbers;
+}
+
+}  // namespace
+
+ChannelJudge::ChannelJudge(const Model& model, std::span<const double> times, const ReadPositions& read,
+                           const std::string& run)
+    : states_(times.size()), evaluator_(model, FitSettings{}.most_combined()) {
+  const std::vector<bake::PlannedChannel> planned = planned_channels(model);
+  bake::ChannelRecorder recorder(planned, first_numbers(model.nodes()));
+  std::vector<float> positions;
+  for (std::uint32_t state = 0; state < states_ && !planned.empty(); ++state) {
+    read(state, positions);
+    recorder.add(positions, model.node_ids(), times[state], run);
+  }
+  if (!planned.empty()) truth_ = recorder.values(first_numbers(states_), run);
+}
+
+std::vector<ChannelScore> ChannelJudge::scores(const MatchResult& result, std::uint32_t state) const {
+  std::vector<ChannelScore> scores;
+  for (std::size_t c = 0; c < result.channels.size(); ++c)
+    scores.push_back(
+        {double{truth_[c * states_ + state]}, double{result.channels[c].value}, double{result.channels[c].bound_90}});
+  return scores;
+}
+
+double ChannelJudge::evaluation_ns(const MatchResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  (void)evaluator_.of_fit(result.fit, false);
+  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace lbea::tool

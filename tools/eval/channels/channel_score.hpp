@@ -1,0 +1,35 @@
+// How well channels are estimated: against those of the test's own run.
+#pragma once
+
+#include "precompute/channels/channel_series.hpp"
+#include "runtime/src/channels/learned_channels.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace lbea::tool {
+
+/// A channel in a frame.
+struct ChannelScore {
+  double truth = 0, value = 0, bound_90 = 0;  // value, bound_90: NaN without
+};
+
+class ChannelJudge {
+ public:
+  /// Sets positions to those of a state, on the nodes of the model: nodes x 3.
+  using ReadPositions = std::function<void(std::uint32_t state, std::vector<float>& positions)>;
+
+  /// times: of all states of the run, s. Throws Error{bad_input} when a channel cannot be computed from the run.
+  ChannelJudge(const Model& model, std::span<const double> times, const ReadPositions& read, const std::string& run);
+
+  [[nodiscard]] std::vector<ChannelScore> scores(const MatchResult& result, std::uint32_t state) const;
+  /// Wall time of the channels of one frame, ns.
+  [[nodiscard]] double evaluation_ns(const MatchResult& result);
+
+ private:
+  std::size_t states_;
+  std::vector<float> truth_;  // channels x states
+  ChannelEvaluator evaluator_;
+};
+
+}  // namespace lbea::tool
