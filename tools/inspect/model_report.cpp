@@ -1,5 +1,6 @@
 #include "tools/inspect/reports.hpp"
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
 #include "runtime/src/model/mapped_file.hpp"
@@ -168,6 +169,28 @@ void print_sections(const Json& sections) {
                 text(section["bytes"]).c_str(), text(section["xxh3_64"]).c_str());
 }
 
+Json channels_json(const Model& model) {
+  Json list = Json::array();
+  for (std::uint32_t c = 0; c < model.channels(); ++c) {
+    const ChannelInfo info = model.channel(c);
+    const ChannelRow row = model.view().channels->row(c);
+    list.push_back({{"name", info.name},
+                    {"unit", info.unit},
+                    {"kind", channel_kind_names[static_cast<std::size_t>(info.kind)]},
+                    {"component", channel_component_names[static_cast<std::size_t>(info.component)]},
+                    {"cfc", info.cfc},
+                    {"nodes", std::vector<std::uint32_t>(row.node_ids.begin(), row.node_ids.begin() + row.nodes)}});
+  }
+  return list;
+}
+
+void print_channels(const Json& channels) {
+  for (const Json& channel : channels)
+    std::printf("  %-16s [%s] %s %s of nodes %s, CFC %s\n", text(channel["name"]).c_str(),
+                text(channel["unit"]).c_str(), text(channel["kind"]).c_str(), text(channel["component"]).c_str(),
+                channel["nodes"].dump().c_str(), text(channel["cfc"]).c_str());
+}
+
 /// Everything but the large arrays. Verifies the whole file first.
 Json model_report(const std::filesystem::path& file) {
   const Model model = Model::open(file);
@@ -177,6 +200,7 @@ Json model_report(const std::filesystem::path& file) {
           {"fields", fields_json(model)},
           {"learned", learned_json(model)},
           {"forecast", forecast_json(model)},
+          {"channels", channels_json(model)},
           {"simulations", simulations_json(model)},
           {"sections", sections_json(file)},
           {"provenance", provenance_json(model)}};
@@ -268,6 +292,8 @@ void print_model(const std::filesystem::path& file, bool as_json) {
   for (const Json& field : json["fields"])
     std::printf("  %-16s [%s] per %s, %s bits, within %s\n", text(field["name"]).c_str(), text(field["unit"]).c_str(),
                 text(field["location"]).c_str(), text(field["bits"]).c_str(), text(field["largest_error"]).c_str());
+  if (!json["channels"].empty()) std::printf("\nchannels\n");
+  print_channels(json["channels"]);
   if (json["learned"].is_object()) std::printf("\nlearned from left-out runs\n");
   print_pairs(json["learned"]);
   std::printf("\nsimulations\n");
