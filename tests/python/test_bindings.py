@@ -2,6 +2,7 @@
 frames of a run that is not in its model."""
 import gc
 import json
+import math
 import os
 import sys
 import threading
@@ -85,6 +86,14 @@ class MatcherTest(unittest.TestCase):
                 self.assertEqual(best.time_s, self.model.sample_times_s[sample])
                 self.assertEqual(len(result.matches), 3)
                 self.assertEqual((result.points["used"], result.coefficients.shape), (200, (20, 3)))
+
+    def test_channels_are_those_of_the_best_sample(self):
+        self.assertEqual(self.model.channels, ["free end"])
+        result = lbea.Matcher(self.model).match(self.model.node_positions(11))
+        (channel,) = result.channels
+        self.assertEqual((channel.name, channel.unit), ("free end", "mm"))
+        self.assertAlmostEqual(channel.value, float(self.model.node_positions(11)[19][2]), places=4)
+        self.assertTrue(math.isnan(channel.bound_90))
 
     def test_results_outlive_the_next_match(self):
         matcher = lbea.Matcher(self.model)

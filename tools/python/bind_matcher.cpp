@@ -48,6 +48,9 @@ PyResult to_python(const MatchResult& result, const Model& model) {
   for (const Match& candidate : result.fit.candidates) copy.candidates.push_back(to_python(candidate, model));
   for (const WeightedSample& share : result.fit.estimate)
     copy.estimate.push_back({model.sample_index(share.sample), share.weight});
+  for (std::uint32_t c = 0; c < result.channels.size(); ++c)
+    copy.channels.push_back(
+        {result.channels[c], std::string(model.channel(c).name), std::string(model.channel(c).unit)});
   return copy;
 }
 
@@ -163,6 +166,11 @@ void bind_match(py::module_& module) {
   py::class_<PyShare>(module, "Share", "The weight of a sample in the estimate; all weights sum to 1.")
       .def_readonly("sample", &PyShare::sample)
       .def_readonly("weight", &PyShare::weight);
+  py::class_<PyChannel>(module, "Channel", "A quantity of interest in a frame.")
+      .def_readonly("name", &PyChannel::name)
+      .def_readonly("unit", &PyChannel::unit)
+      .def_readonly("value", &PyChannel::value)
+      .def_readonly("bound_90", &PyChannel::bound_90, "90 % of the true values differ by less; NaN: not known");
 }
 
 void bind_result(py::module_& module) {
@@ -181,6 +189,7 @@ void bind_result(py::module_& module) {
       .def_readonly("matches", &PyResult::matches, "nearest first")
       .def_readonly("candidates", &PyResult::candidates, "fit: the samples most similar to the frame")
       .def_readonly("estimate", &PyResult::estimate, "fit: the weighted mean of samples that fits the frame best")
+      .def_readonly("channels", &PyResult::channels, "quantities of interest, in the order of Model.channels")
       .def_readonly("leading_coordinates", &PyResult::leading_coordinates)
       .def_property_readonly("coefficients", &coefficients_of,
                              "modes x 3: coefficients of the frame, or of the estimate by fit, in the basis")

@@ -48,6 +48,10 @@ struct PyShare {
   float weight = 0;
 };
 
+struct PyChannel : ChannelValue {
+  std::string name, unit;
+};
+
 /// A copy of a MatchResult, which is valid only until the next match.
 struct PyResult {
   std::string status, verdict;
@@ -61,6 +65,7 @@ struct PyResult {
   std::array<float, 3> leading_coordinates{};
   std::vector<PyMatch> matches{}, candidates{};
   std::vector<PyShare> estimate{};
+  std::vector<PyChannel> channels{};
   StageTimes elapsed_ns;
   // For Forecast.update:
   bool is_ok = false;

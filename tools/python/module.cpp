@@ -124,6 +124,9 @@ void bind_ensemble(py::class_<Model>& type) {
       .def_property_readonly(
           "fields", [](const Model& m) { return names(m.fields(), [&](auto i) { return m.field(i).name; }); },
           "names of the baked fields, e.g. plastic strain")
+      .def_property_readonly(
+          "channels", [](const Model& m) { return names(m.channels(), [&](auto i) { return m.channel(i).name; }); },
+          "names of the quantities of interest")
       .def_property_readonly("samples", &samples_of, "s x 2: simulation and time step of each sample")
       .def_property_readonly("sample_times_s", &times_of, "s: time of each sample")
       .def("parameters", &parameters_of, py::arg("simulation"),
