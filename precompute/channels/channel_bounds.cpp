@@ -3,6 +3,7 @@
 #include "precompute/depth_images/learned_bounds.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace lbea::bake {
 namespace {

@@ -3,6 +3,7 @@
 #include "runtime/src/fit/surface_fit.hpp"
 #include "runtime/src/model/model_view.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <numeric>
 
