@@ -19,6 +19,13 @@ SERVE, SEND, KEYGEN, MODEL, SENSOR, FRAMES = (os.environ[name] for name in ("LBE
 CORPUS = Path(os.environ["LBEA_FUZZ_CORPUS"])
 
 
+def moved_in_x(model, sample, node_id):
+    """Displacement of a node since the first state of the sample's run."""
+    simulation, node = model.samples[sample][0], model.node_ids.tolist().index(node_id)
+    first = model.samples.tolist().index([simulation, 0])
+    return float(model.node_positions(sample)[node][0]) - float(model.node_positions(first)[node][0])
+
+
 class MessageTest(unittest.TestCase):
     def test_frames_come_back_as_they_went(self):
         for count in (0, 1, 2, 5000):
@@ -104,13 +111,15 @@ class LiveTest(unittest.TestCase):
                 best = result.matches[0]
                 self.assertEqual([best.simulation, best.time_step], model.samples[sample].tolist())
                 self.assertEqual(best.simulation_name, model.simulations[best.simulation])
+                self.assertEqual([(channel.name, channel.unit) for channel in result.channels], [("struck end", "mm"), ("struck end, velocity", "mm/s")])
+                self.assertAlmostEqual(result.channels[0].value, moved_in_x(model, sample, 2409), places=3)
                 self.assertEqual(result.points.received, model.nodes)
                 self.assertEqual(result.session, sender.session)
                 self.assertIn(result.counters.received, range(expected_id + 1, 4))
             self.assertEqual((results.lost, results.damaged, sender.sent, sender.refused), (0, 0, 3, 0))
             sender.send(numpy.zeros((0, 3)), timeout_s=5)
             refused = results.receive(30)
-            self.assertEqual((refused.status, refused.matches), ("empty_frame", []))
+            self.assertEqual((refused.status, refused.matches, refused.channels), ("empty_frame", [], []))
             sender.close()
             while not results.state.senders or results.state.senders[0].condition == "active":
                 results.receive(0.1)

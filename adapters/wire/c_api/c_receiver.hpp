@@ -21,6 +21,7 @@ struct lbea_wire_receiver {
   std::vector<lbea_wire_match> matches;
   std::vector<lbea_wire_candidate> candidates;
   std::vector<lbea_wire_share> estimate;
+  std::vector<lbea_wire_channel> channels;
   std::vector<lbea_wire_chance> chances;
 };
 

@@ -73,6 +73,11 @@ static void check_matched(const test_run* run, const lbea_wire_result* result) {
   const char* name = lbea_wire_receiver_simulation_name(run->receiver, best->simulation);
   CHECK(name != NULL && strcmp(name, best->simulation_name) == 0);
   CHECK(best->distance > 0 && best->distance <= best[result->match_count - 1].distance);
+  CHECK(result->channel_count == 2);
+  if (result->channel_count != 2) return;
+  CHECK(strcmp(result->channels[0].name, "struck end") == 0 && strcmp(result->channels[0].unit, "mm") == 0);
+  CHECK(strcmp(result->channels[1].unit, "mm/s") == 0);
+  CHECK(isfinite(result->channels[0].value) && isnan(result->channels[0].bound_90)); /* by lbea */
 }
 
 static void check_result(test_run* run, const lbea_wire_result* result) {
@@ -84,6 +89,7 @@ static void check_result(test_run* run, const lbea_wire_result* result) {
     case all_nan:
     case no_point:
       CHECK(result->status == LBEA_WIRE_FRAME_EMPTY && result->match_count == 0);
+      CHECK(result->channel_count == 0);
       return;
     case oversized:
       CHECK(result->status == LBEA_WIRE_FRAME_TOO_MANY_POINTS);

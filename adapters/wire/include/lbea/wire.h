@@ -131,6 +131,14 @@ typedef struct lbea_wire_share {
   float weight;
 } lbea_wire_share;
 
+/** A quantity of interest in a frame, one of those that the ensemble description names. */
+typedef struct lbea_wire_channel {
+  const char* name;
+  const char* unit;
+  float value;    /**< of the estimate by fit, else of the best sample */
+  float bound_90; /**< 90 % of the true values differ by less; NaN: not known */
+} lbea_wire_channel;
+
 /** What the matcher found for one capture. Pointers are valid until the next receive. The numbers are those of
     lbea_result in lbea.h. */
 typedef struct lbea_wire_result {
@@ -148,7 +156,8 @@ typedef struct lbea_wire_result {
   const lbea_wire_match* matches;        /**< match_count, best first */
   const lbea_wire_candidate* candidates; /**< candidate_count, best first */
   const lbea_wire_share* estimate;       /**< estimate_count: the combination that explains the frame best */
-  uint32_t match_count, candidate_count, estimate_count;
+  const lbea_wire_channel* channels;     /**< channel_count, in the order of the model; 0 for a refused frame */
+  uint32_t match_count, candidate_count, estimate_count, channel_count;
   uint32_t reference;           /**< the reference mesh that was used */
   float coverage;               /**< share of the best sample's observed surface that the frame shows */
   float leading_coordinates[3]; /**< the coefficients with the highest variance over the samples */
