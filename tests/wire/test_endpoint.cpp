@@ -1,4 +1,4 @@
-#include "adapters/wire/sockets/endpoint.hpp"
+#include "adapters/wire/bound/bound_endpoint.hpp"
 #include "adapters/wire/sockets/streams.hpp"
 #include "tests/support/test_data.hpp"
 #include "tests/wire/wire_support.hpp"

@@ -1,70 +1,30 @@
 #include "adapters/wire/access/keys.hpp"
 
-#include "runtime/src/model/descriptor.hpp"
+#include "adapters/wire/access/key_files.hpp"
 
 #include <lbea/lbea.hpp>
 
-#include <cstring>
 #include <sstream>
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <zmq.h>
 
 namespace lbea::wire {
 namespace {
 constexpr std::size_t key_characters = 40;
 constexpr std::size_t key_bytes = 32;
-constexpr std::size_t max_file_bytes = 1 << 20;
-constexpr const char* secret_kind = "lbea-secret-key";
-constexpr const char* public_kind = "lbea-public-key";
 
 struct KeyLine {
   std::string kind, key, name;
   std::size_t line = 0;
 };
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why) {
-  throw Error{Status::bad_config, file.string() + ": " + why};
-}
-
 bool is_key(const std::string& text) {
   std::array<std::uint8_t, key_bytes> decoded;
   return text.size() == key_characters && zmq_z85_decode(decoded.data(), text.c_str()) != nullptr;
 }
 
-/// Write permission on a public key file decides who may connect.
-void check_rights(const std::filesystem::path& file, const struct stat& found, bool is_secret) {
-  if (is_secret && (found.st_mode & 077) != 0)
-    refuse(file, "others may read or change this secret key; make it yours alone: chmod 600 " + file.string());
-  if (is_secret && found.st_uid != ::geteuid() && found.st_uid != 0)
-    refuse(file, "this secret key belongs to another user; use one of your own");
-  if (!is_secret && (found.st_mode & S_IWOTH) != 0)
-    refuse(file, "anybody may change these public keys, and with them who may connect; chmod o-w " + file.string());
-}
-
-std::string read_text(const std::filesystem::path& file, bool is_secret) {
-  const Descriptor open(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  struct stat found;
-  if (open.value() < 0 || ::fstat(open.value(), &found) != 0)
-    throw Error{Status::file_not_found, file.string() + ": cannot read this key file (" + std::strerror(errno) +
-                                            "); check its path, or make one with lbea-keygen"};
-  if (!S_ISREG(found.st_mode) || found.st_size < 0 || static_cast<std::size_t>(found.st_size) > max_file_bytes)
-    refuse(file, "is not a key file; make one with lbea-keygen");
-  std::string text(static_cast<std::size_t>(found.st_size), '\0');
-  const ssize_t got = ::read(open.value(), text.data(), text.size());
-  if (got < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
-  text.resize(static_cast<std::size_t>(got));
-  if (text.starts_with("\xEF\xBB\xBF"))
-    refuse(file, "begins with a byte order mark; save it as plain UTF-8 text without one");
-  if (is_secret && text.find(secret_kind) == std::string::npos)
-    refuse(file, "holds no secret key; give the .key file of lbea-keygen");
-  check_rights(file, found, is_secret);
-  return text;
-}
-
 std::vector<KeyLine> read_lines(const std::filesystem::path& file, bool is_secret) {
-  std::istringstream text(read_text(file, is_secret));
+  std::istringstream text(read_key_file(file, is_secret));
   std::vector<KeyLine> lines;
   std::string line;
   for (std::size_t number = 1; std::getline(text, line); ++number) {
@@ -75,26 +35,25 @@ std::vector<KeyLine> read_lines(const std::filesystem::path& file, bool is_secre
     words >> found.key >> found.name;
     const bool is_known = found.kind == secret_kind || found.kind == public_kind;
     if (!is_known || !is_key(found.key))
-      refuse(file, "line " + std::to_string(number) + " is not \"" + public_kind +
-                       " KEY NAME\" with a KEY of 40 characters; make key files with lbea-keygen");
+      refuse_key_file(file, "line " + std::to_string(number) + " is not \"" + public_kind +
+                                " KEY NAME\" with a KEY of 40 characters; make key files with lbea-keygen");
     lines.push_back(std::move(found));
   }
   return lines;
 }
 
-void write_file(const std::filesystem::path& file, const std::string& text, mode_t mode) {
-  const Descriptor open(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode));
-  if (open.value() < 0)
-    throw Error{Status::write_failed,
-                file.string() + ": " +
-                    (errno == EEXIST ? "exists; keys are never overwritten, choose another name"
-                                     : std::string("cannot be written (") + std::strerror(errno) + ")")};
-  const ssize_t written = ::write(open.value(), text.data(), text.size());
-  if (written == static_cast<ssize_t>(text.size()) && ::fsync(open.value()) == 0) return;
-  ::unlink(file.c_str());
-  throw Error{Status::write_failed, file.string() + ": cannot be written (" + std::strerror(errno) + ")"};
-}
 }  // namespace
+
+void refuse_key_file(const std::filesystem::path& file, const std::string& why) {
+  throw Error{Status::bad_config, file.string() + ": " + why};
+}
+
+void check_key_text(const std::filesystem::path& file, const std::string& text, bool is_secret) {
+  if (text.starts_with("\xEF\xBB\xBF"))
+    refuse_key_file(file, "begins with a byte order mark; save it as plain UTF-8 text without one");
+  if (is_secret && text.find(secret_kind) == std::string::npos)
+    refuse_key_file(file, "holds no secret key; give the .key file of lbea-keygen");
+}
 
 CurveKeyPair generate_key_pair() {
   std::array<char, key_characters + 1> public_key, secret_key;
@@ -103,36 +62,19 @@ CurveKeyPair generate_key_pair() {
   return {public_key.data(), secret_key.data()};
 }
 
-void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys, const std::string& name) {
-  if (name.empty() || name.find_first_of(" \t\r\n") != std::string::npos)
-    throw Error{Status::bad_config, "\"" + name + "\": a key's name is one word"};
-  const std::string public_line = std::string(public_kind) + " " + keys.public_key + " " + name + "\n";
-  const std::filesystem::path secret_file = base.string() + ".key", public_file = base.string() + ".pub";
-  write_file(secret_file,
-             "# secret: stays on the machine it was made for\n" + std::string(secret_kind) + " " + keys.secret_key +
-                 " " + name + "\n" + public_line,
-             0600);
-  try {
-    write_file(public_file, public_line, 0644);
-  } catch (...) {
-    ::unlink(secret_file.c_str());
-    throw;
-  }
-}
-
 CurveKeyPair read_key_pair(const std::filesystem::path& file) {
   CurveKeyPair keys;
   for (const KeyLine& line : read_lines(file, true)) {
     std::string& key = line.kind == secret_kind ? keys.secret_key : keys.public_key;
-    if (!key.empty()) refuse(file, "holds more than one key pair; give a file of lbea-keygen");
+    if (!key.empty()) refuse_key_file(file, "holds more than one key pair; give a file of lbea-keygen");
     key = line.key;
   }
-  if (keys.secret_key.empty()) refuse(file, "holds no secret key; give the .key file of lbea-keygen");
+  if (keys.secret_key.empty()) refuse_key_file(file, "holds no secret key; give the .key file of lbea-keygen");
   std::array<char, key_characters + 1> derived;
   if (zmq_curve_public(derived.data(), keys.secret_key.c_str()) != 0)
-    refuse(file, "its secret key cannot be used; make a new pair with lbea-keygen");
+    refuse_key_file(file, "its secret key cannot be used; make a new pair with lbea-keygen");
   if (!keys.public_key.empty() && keys.public_key != derived.data())
-    refuse(file, "its secret and public key do not belong together; make a new pair with lbea-keygen");
+    refuse_key_file(file, "its secret and public key do not belong together; make a new pair with lbea-keygen");
   keys.public_key = derived.data();
   return keys;
 }
@@ -141,11 +83,11 @@ std::vector<AllowedPeer> read_public_keys(const std::filesystem::path& file) {
   std::vector<AllowedPeer> peers;
   for (const KeyLine& line : read_lines(file, false)) {
     if (line.kind == secret_kind)
-      refuse(file, "line " + std::to_string(line.line) +
-                       " is a secret key, which does not leave its owner; give the .pub file");
+      refuse_key_file(file, "line " + std::to_string(line.line) +
+                                " is a secret key, which does not leave its owner; give the .pub file");
     peers.push_back({line.key, line.name.empty() ? line.key.substr(0, 8) : line.name});
   }
-  if (peers.empty()) refuse(file, "holds no public key; give a .pub file of lbea-keygen, or several in one");
+  if (peers.empty()) refuse_key_file(file, "holds no public key; give a .pub file of lbea-keygen, or several in one");
   return peers;
 }
 
@@ -153,7 +95,7 @@ ClientAccess read_client_access(const std::filesystem::path& server_key, const s
   ClientAccess access;
   if (server_key.empty()) return access;
   const auto servers = read_public_keys(server_key);
-  if (servers.size() != 1) refuse(server_key, "holds several public keys; give only the matcher's");
+  if (servers.size() != 1) refuse_key_file(server_key, "holds several public keys; give only the matcher's");
   access.server_key = servers.front().public_key;
   if (!own_keys.empty()) access.keys = read_key_pair(own_keys);
   return access;

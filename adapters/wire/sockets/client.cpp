@@ -19,9 +19,11 @@ constexpr auto max_flush = 2000ms;
 constexpr std::chrono::milliseconds look_interval = 50ms;  // between looks at the answer of the other end
 
 void block_signals() {  // the program's own threads handle them
+#ifndef _WIN32
   sigset_t all;
   ::sigfillset(&all);
   ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
+#endif
 }
 }  // namespace
 

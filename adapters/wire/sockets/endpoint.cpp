@@ -5,153 +5,62 @@
 #include <charconv>
 #include <cstring>
 
-#include <arpa/inet.h>
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
-
 namespace lbea::wire {
 namespace {
+#ifdef _WIN32
+constexpr bool has_ipc = false;
+constexpr std::string_view known_forms = "write tcp://127.0.0.1:5555";
+#else
+constexpr bool has_ipc = true;
 constexpr std::string_view known_forms = "write ipc:///tmp/frames.ipc or tcp://127.0.0.1:5555";
-
-[[noreturn]] void refuse(const std::string& address, const std::string& why) {
-  throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};
-}
-
-std::pair<std::string, std::string> host_and_port(const std::string& address) {
-  const std::string rest = address.substr(std::strlen("tcp://"));
-  const auto colon = rest.rfind(':');
-  if (colon == std::string::npos) refuse(address, "no port; " + std::string(known_forms));
-  return {rest.substr(0, colon), rest.substr(colon + 1)};
-}
+#endif
+constexpr std::size_t max_ipc_path = 107;  // unix(7)
 
 void check_port(const std::string& address, const std::string& port) {
   if (port == "*") return;
   unsigned value = 0;
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), value);
   if (error != std::errc{} || end != port.data() + port.size() || value == 0 || value > 65'535)
-    refuse(address, "\"" + port + "\" is not a port from 1 to 65535");
+    refuse_endpoint(address, "\"" + port + "\" is not a port from 1 to 65535");
 }
 
 std::filesystem::path ipc_path(const std::string& address) {
+  if (!has_ipc) refuse_endpoint(address, "not available on Windows; " + std::string(known_forms));
   const std::string path = address.substr(std::strlen("ipc://"));
-  constexpr std::size_t max_bytes = sizeof(sockaddr_un::sun_path) - 1;
   if (path.empty() || path[0] == '@' || path[0] == '*')
-    refuse(address, "needs the path of a file; " + std::string(known_forms));
-  if (path.size() > max_bytes)
-    refuse(address, "the path is longer than the " + std::to_string(max_bytes) +
-                        " bytes a socket may have; choose a shorter one");
+    refuse_endpoint(address, "needs the path of a file; " + std::string(known_forms));
+  if (path.size() > max_ipc_path)
+    refuse_endpoint(address, "the path is longer than the " + std::to_string(max_ipc_path) +
+                                 " bytes a socket may have; choose a shorter one");
   return path;
 }
 
-bool is_loopback(const std::string& host) {
-  in_addr address{};
-  return inet_pton(AF_INET, host.c_str(), &address) == 1 && (ntohl(address.s_addr) >> 24) == 127;
-}
-
-/// Whether `descriptor` is still the file `name`; its last holder may have removed that meanwhile.
-bool is_same_file(int descriptor, const std::filesystem::path& name) {
-  struct stat mine;
-  struct stat named;
-  return fstat(descriptor, &mine) == 0 && stat(name.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
-         mine.st_dev == named.st_dev;
-}
-
-/// A socket that a killed process left behind refuses connections.
-bool has_listener(const std::filesystem::path& path) {
-  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.string().copy(address.sun_path, sizeof(address.sun_path) - 1);
-  const bool listens =
-      ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 || errno == EAGAIN;
-  ::close(socket);
-  return listens;
-}
-
-int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (descriptor >= 0) return descriptor;
-  fail_unavailable(endpoint.address, ": cannot open the lock file " + file.string() + " (" + std::strerror(errno) +
-                                         "); choose a path in a folder you may write to");
-}
 }  // namespace
+
+void refuse_endpoint(const std::string& address, const std::string& why) {
+  throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};
+}
+
+std::pair<std::string, std::string> host_and_port(const std::string& address) {
+  const std::string rest = address.substr(std::strlen("tcp://"));
+  const auto colon = rest.rfind(':');
+  if (colon == std::string::npos) refuse_endpoint(address, "no port; " + std::string(known_forms));
+  return {rest.substr(0, colon), rest.substr(colon + 1)};
+}
 
 Endpoint parse_endpoint(const std::string& address) {
   if (address.starts_with("ipc://")) return {Transport::ipc, address, ipc_path(address)};
   if (address.starts_with("inproc://") && address.size() > std::strlen("inproc://"))
     return {Transport::inproc, address, {}};
-  if (!address.starts_with("tcp://")) refuse(address, "not an endpoint; " + std::string(known_forms));
+  if (!address.starts_with("tcp://")) refuse_endpoint(address, "not an endpoint; " + std::string(known_forms));
   const auto [host, port] = host_and_port(address);
-  if (host.empty()) refuse(address, "no host; " + std::string(known_forms));
+  if (host.empty()) refuse_endpoint(address, "no host; " + std::string(known_forms));
   check_port(address, port);
   return {Transport::tcp, address, {}};
-}
-
-Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& access) {
-  check_access(access);
-  Endpoint endpoint = parse_endpoint(address);
-  if (endpoint.transport != Transport::tcp) return endpoint;
-  const auto [host, port] = host_and_port(address);
-  if (host == "localhost") {
-    endpoint.address = "tcp://127.0.0.1:" + port;
-  } else if (!is_loopback(host) && !access.keys) {
-    refuse(address, "without keys only this machine may connect; use 127.0.0.1 instead of " + host +
-                        ", or give a secret key and the public keys of those who may (--key, --allow)");
-  }
-  return endpoint;
 }
 
 void fail_unavailable(const std::string& address, const std::string& what) {
   throw Error{Status::endpoint_unavailable, "endpoint \"" + address + "\"" + what};
 }
 
-EndpointLock::EndpointLock(const Endpoint& endpoint) {
-  if (endpoint.transport != Transport::ipc) return;
-  file_ = endpoint.path.string() + ".lock";
-  while (true) {
-    descriptor_ = open_lock_file(endpoint, file_);
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-      ::close(std::exchange(descriptor_, -1));
-      fail_unavailable(endpoint.address, " is in use by another process (it holds " + file_.string() +
-                                             "); stop that one or choose another path");
-    }
-    if (is_same_file(descriptor_, file_)) break;
-    ::close(std::exchange(descriptor_, -1));
-  }
-  // ZeroMQ unlinks any file at the path, also one that is not a socket.
-  struct stat found;
-  if (::stat(endpoint.path.c_str(), &found) != 0) return;
-  if (!S_ISSOCK(found.st_mode))
-    release_and_throw(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
-  if (has_listener(endpoint.path))
-    release_and_throw(
-        endpoint,
-        " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
-}
-
-void EndpointLock::release_and_throw(const Endpoint& endpoint, const std::string& why) {
-  ::unlink(file_.c_str());
-  ::close(std::exchange(descriptor_, -1));
-  fail_unavailable(endpoint.address, why);
-}
-
-bool EndpointLock::is_held() const noexcept { return descriptor_ >= 0 && is_same_file(descriptor_, file_); }
-
-EndpointLock::~EndpointLock() {
-  if (descriptor_ < 0) return;
-  if (is_held()) ::unlink(file_.c_str());
-  ::close(descriptor_);
-}
-
-EndpointLock::EndpointLock(EndpointLock&& other) noexcept
-    : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
-  std::swap(file_, other.file_);
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
 }  // namespace lbea::wire

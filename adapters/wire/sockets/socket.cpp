@@ -1,8 +1,5 @@
 #include "adapters/wire/sockets/socket.hpp"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 namespace lbea::wire {
 namespace {
 constexpr int io_threads = 1;  // one carries 5 GB/s
@@ -72,17 +69,6 @@ zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const 
   return socket;
 }
 
-void bind(zmq::socket_t& socket, const Endpoint& endpoint) {
-  try {
-    socket.bind(endpoint.address);
-  } catch (const zmq::error_t& error) {
-    const std::string what = error.num() == EADDRINUSE
-                                 ? "is in use by another process; stop that one or choose another port"
-                                 : std::string("cannot be opened (") + error.what() + "); choose another one";
-    fail_unavailable(endpoint.address, " " + what);
-  }
-}
-
 void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess& access) {
   try {
     if (!access.server_key.empty()) {
@@ -98,28 +84,6 @@ void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess
   }
 }
 
-BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options,
-                         const std::string& address, const ServerAccess& access)
-    : where(parse_bind_endpoint(address, access)),
-      lock(where),
-      socket(make_socket(context.state().context, type, options)) {
-  if (access.keys) {
-    socket.set(zmq::sockopt::curve_server, true);
-    socket.set(zmq::sockopt::curve_secretkey, access.keys->secret_key);
-  }
-  if (where.transport != Transport::inproc) admission = context.state().zap_server.attach(socket, access);
-  bind(socket, where);
-  endpoint = socket.get(zmq::sockopt::last_endpoint);
-  // Write permission on the node is permission to connect.
-  if (where.transport == Transport::ipc) ::chmod(where.path.c_str(), 0600);
-}
-
-BoundSocket::~BoundSocket() {
-  zmq_unbind(socket.handle(), endpoint.c_str());
-  // ZeroMQ does not remove it. Without the lock it is another process's, started after somebody removed both.
-  if (where.transport == Transport::ipc && lock.is_held()) ::unlink(where.path.c_str());
-}
-
 Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept {
   return outcome(zmq_msg_recv(into.handle(), socket.handle(), flags));
 }
@@ -132,6 +96,14 @@ Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) 
   zmq_pollitem_t item{socket.handle(), 0, events, 0};
   const int ready = zmq_poll(&item, 1, static_cast<long>(timeout.count()));
   return ready == 0 ? Io::would_block : outcome(ready);
+}
+
+std::optional<Message> receive_within(std::chrono::milliseconds timeout, zmq::socket_t& socket,
+                                      zmq::message_t& message) noexcept {
+  if (receive(socket, message, ZMQ_DONTWAIT) == Io::done) return bytes_of(message);
+  if (timeout.count() == 0 || wait(socket, ZMQ_POLLIN, timeout) != Io::done) return {};
+  if (receive(socket, message, ZMQ_DONTWAIT) != Io::done) return {};
+  return bytes_of(message);
 }
 }  // namespace detail
 }  // namespace lbea::wire

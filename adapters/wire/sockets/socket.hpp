@@ -2,17 +2,23 @@
 // library include it.
 #pragma once
 
-#include "adapters/wire/access/zap_server.hpp"
 #include "adapters/wire/sockets/endpoint.hpp"
 #include "adapters/wire/sockets/streams.hpp"
+
+#include <mutex>
 
 #include <zmq.hpp>
 
 namespace lbea::wire {
+namespace detail {
+class ZapServer;
+}
+
 struct WireContext::State {
   explicit State(zmq::context_t&& started) : context(std::move(started)) {}
   zmq::context_t context;
-  detail::ZapServer zap_server{context};
+  std::mutex mutex;                               // of the next one
+  std::shared_ptr<detail::ZapServer> zap_server;  // from the first bound socket on
   bool has_lost_socket = false;  // memory ran out during its construction: ZeroMQ would wait for it for ever
 };
 
@@ -28,24 +34,7 @@ struct SocketOptions {
 zmq::socket_t make_socket(zmq::context_t& context, zmq::socket_type type, const SocketOptions& options);
 
 /// Throws Error{endpoint_unavailable}.
-void bind(zmq::socket_t& socket, const Endpoint& endpoint);
 void connect(zmq::socket_t& socket, const Endpoint& endpoint, const ClientAccess& access);
-
-/// A bound socket and the objects that must outlive it.
-struct BoundSocket {
-  BoundSocket(WireContext& context, zmq::socket_type type, const SocketOptions& options, const std::string& address,
-              const ServerAccess& access);
-  ~BoundSocket();
-  BoundSocket(const BoundSocket&) = delete;
-  BoundSocket& operator=(const BoundSocket&) = delete;
-  [[nodiscard]] PeerCounts peers() const noexcept { return admission ? admission->counts() : PeerCounts{}; }
-  [[nodiscard]] std::vector<PeerVisit> visits() { return admission ? admission->visits() : std::vector<PeerVisit>{}; }
-  Endpoint where;
-  EndpointLock lock;
-  zmq::socket_t socket;
-  std::shared_ptr<PeerAdmission> admission;  // not for inproc
-  std::string endpoint;                      // as bound
-};
 
 enum class Io { done, would_block, closed };
 /// These do not throw; a signal counts as would_block.
@@ -53,6 +42,10 @@ Io receive(zmq::socket_t& socket, zmq::message_t& into, int flags) noexcept;
 Io send(zmq::socket_t& socket, zmq::message_t& message, int flags) noexcept;
 /// Waits for `events` (ZMQ_POLLIN, ZMQ_POLLOUT), at most for `timeout`.
 Io wait(zmq::socket_t& socket, short events, std::chrono::milliseconds timeout) noexcept;
+
+/// The next message, in `message`; nothing when none arrives within `timeout`.
+std::optional<Message> receive_within(std::chrono::milliseconds timeout, zmq::socket_t& socket,
+                                      zmq::message_t& message) noexcept;
 
 inline std::span<const std::byte> bytes_of(const zmq::message_t& message) noexcept {
   return {static_cast<const std::byte*>(message.data()), message.size()};

@@ -1,26 +1,15 @@
 #include "adapters/wire/sockets/socket_monitor.hpp"
 
+#include "adapters/wire/sockets/ipc_connection.hpp"
+
 #include <atomic>
 #include <cstring>
-
-#include <linux/sockios.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 
 namespace lbea::wire::detail {
 namespace {
 constexpr int watched_events = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED |
                                ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                                ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
-
-// When its descriptor is read the connection may already be closed, and the descriptor that of another file.
-bool leads_to(int connection, const std::string& path) noexcept {
-  sockaddr_un peer{};
-  socklen_t size = sizeof(peer);
-  return getpeername(connection, reinterpret_cast<sockaddr*>(&peer), &size) == 0 && peer.sun_family == AF_UNIX &&
-         path == peer.sun_path;
-}
 }  // namespace
 
 zmq::socket_t monitor(zmq::context_t& context, zmq::socket_t& socket, const std::string& address, int events) {
@@ -46,7 +35,7 @@ EventRead read_event(zmq::socket_t& monitor, SocketEvent& event) noexcept {
 }
 
 ConnectionWatch::ConnectionWatch(zmq::context_t& context, zmq::socket_t& socket, const Endpoint& endpoint)
-    : path_(endpoint.path), socket_(socket.handle()) {
+    : path_(endpoint.path.string()), socket_(socket.handle()) {
   static std::atomic<unsigned> next = 0;
   if (endpoint.transport == Transport::inproc) return;
   monitor_ = monitor(context, socket, "inproc://lbea.connection." + std::to_string(next++), watched_events);
@@ -65,7 +54,8 @@ void ConnectionWatch::poll() noexcept {
 void ConnectionWatch::on_event(const SocketEvent& event) noexcept {
   switch (event.kind) {
     case ZMQ_EVENT_CONNECTED:
-      return enlarge_buffer(event.value);
+      if (!path_.empty() && enlarge_send_buffer(event.value, path_, wanted_bytes)) connection_ = event.value;
+      return;
     case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
       link_ = Link::admitted;
       return;
@@ -83,14 +73,5 @@ void ConnectionWatch::on_event(const SocketEvent& event) noexcept {
   }
 }
 
-void ConnectionWatch::enlarge_buffer(int connection) noexcept {
-  if (path_.empty() || !leads_to(connection, path_)) return;
-  connection_ = connection;
-  setsockopt(connection_, SOL_SOCKET, SO_SNDBUF, &wanted_bytes, sizeof(wanted_bytes));
-}
-
-bool ConnectionWatch::has_unread() const noexcept {
-  int bytes = 0;
-  return connection_ >= 0 && leads_to(connection_, path_) && ioctl(connection_, SIOCOUTQ, &bytes) == 0 && bytes > 0;
-}
+bool ConnectionWatch::has_unread() const noexcept { return connection_ >= 0 && has_unread_bytes(connection_, path_); }
 }  // namespace lbea::wire::detail

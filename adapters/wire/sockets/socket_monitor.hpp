@@ -46,7 +46,6 @@ class ConnectionWatch {
 
  private:
   void on_event(const SocketEvent& event) noexcept;
-  void enlarge_buffer(int connection) noexcept;
 
   std::string path_;  // of ipc
   int connection_ = -1;

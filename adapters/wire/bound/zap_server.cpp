@@ -1,4 +1,4 @@
-#include "adapters/wire/access/zap_server.hpp"
+#include "adapters/wire/bound/zap_server.hpp"
 
 #include <algorithm>
 #include <iterator>
