@@ -19,6 +19,9 @@ install(EXPORT lbea-targets NAMESPACE lbea:: DESTINATION ${lbea_cmake_dir} COMPO
 if(WIN32)
   install(FILES ${PROJECT_SOURCE_DIR}/runtime/lbea.def DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 endif()
+if(WIN32 AND TARGET lbea_wire_shared)
+  install(FILES ${PROJECT_SOURCE_DIR}/adapters/wire/c_api/lbea-wire.def DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+endif()
 configure_package_config_file(cmake/lbea-config.cmake.in ${PROJECT_BINARY_DIR}/lbea-config.cmake
         INSTALL_DESTINATION ${lbea_cmake_dir} PATH_VARS CMAKE_INSTALL_LIBDIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/lbea-config-version.cmake COMPATIBILITY SameMinorVersion)
@@ -28,8 +31,11 @@ install(FILES ${PROJECT_BINARY_DIR}/lbea-config.cmake ${PROJECT_BINARY_DIR}/lbea
 # The .pc files define the prefix relative to their own location.
 file(RELATIVE_PATH lbea_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(lbea_pc_files lbea.pc)
+if(TARGET lbea_wire_shared)
+  list(APPEND lbea_pc_files lbea-wire-c.pc)
+endif()
 if(LBEA_BUILD_TOOLS)
-  list(APPEND lbea_pc_files lbea-wire.pc lbea-wire-c.pc lbea-rig.pc)
+  list(APPEND lbea_pc_files lbea-wire.pc lbea-rig.pc)
 endif()
 foreach(file ${lbea_pc_files})
   configure_file(cmake/${file}.in ${PROJECT_BINARY_DIR}/${file} @ONLY)

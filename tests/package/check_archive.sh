@@ -9,7 +9,8 @@ project=$(cd "$(dirname "$0")/../.." && pwd)
 model=$host/demo/rail.lbea
 [ -e "$model" ] || { echo "skipped: $model is missing; build the preset ci and run its tests first"; exit 77; }
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+server=
+trap '[ -z "$server" ] || kill "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 
 (cd "$build" && cpack -B "$work" >/dev/null)
@@ -18,7 +19,7 @@ archive=$(dirname "$work"/lbea-*/README.txt)
 libdir=$(dirname "$(find "$archive" -name liblbea.a)")
 shared=(-llbea -Wl,-rpath,"$libdir")
 if [ -e "$archive/bin/lbea.dll" ]; then
-  cp "$archive/bin/lbea.dll" "$work"
+  cp "$archive"/bin/lbea*.dll "$work"
   shared=(-static -l:liblbea.dll.a) # only GCC's libraries inside
 fi
 
@@ -26,6 +27,13 @@ warnings=(-O1 -Wall -Wextra -Wpedantic -Werror)
 "$cc" -std=c11 "${warnings[@]}" "$archive/examples/match.c" -I"$archive/include" -L"$libdir" -llbea -Wl,-rpath,"$libdir" -o "$work/match"
 "$cxx" -std=c++20 "${warnings[@]}" "$project/tests/consumer/main.cpp" -I"$archive/include" -L"$libdir" "${shared[@]}" -o "$work/consumer"
 "$cxx" -std=c++20 "${warnings[@]}" "$project/tests/consumer/main.cpp" -I"$archive/include" "$libdir/liblbea.a" -static -o "$work/static_consumer"
+wire=no
+if [ -e "$archive/include/lbea/wire.h" ]; then
+  wire=yes
+  for example in publish subscribe; do
+    "$cc" -std=c99 "${warnings[@]}" "$archive/examples/$example.c" -I"$archive/include" -L"$libdir" -llbea-wire -Wl,-rpath,"$libdir" -o "$work/$example"
+  done
+fi
 cc -std=c11 -O1 "$archive/examples/match.c" -I"$archive/include" -L"$host/runtime" -llbea -Wl,-rpath,"$host/runtime" -o "$work/here"
 
 python3 - "$host/demo/frames/frame_00010.ply" "$sensor" "$work" <<'PYTHON'
@@ -49,4 +57,20 @@ for consumer in consumer static_consumer; do
   run $consumer /no/such/model >/dev/null || code=$?
   [ "$code" -eq 3 ] || fail "$consumer does not catch exceptions of the library"
 done
-echo "$(basename "$archive"): match.c prints what it prints here; C++ links both libraries"
+if [ $wire = yes ]; then
+  "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" >tally 2>log &
+  server=$!
+  for _ in $(seq 600); do grep -q 'ready: frames on ' log && break; sleep 0.1; done
+  frames=$(sed -n 's/.*frames on \([^, ]*\).*/\1/p' log | head -n 1) results=$(sed -n 's/.*results on \([^, ]*\).*/\1/p' log | head -n 1)
+  run subscribe "$results" >heard 2>lost &
+  subscriber=$!
+  while kill -0 "$subscriber" 2>/dev/null; do # it ends with the first test that it hears the end of
+    [ "$(run publish "$frames" <cloud.xyz)" = "sent 10, refused 0" ] || fail "publish.c could not send"
+  done
+  wait "$subscriber" || fail "subscribe.c lost results:" "$(cat lost)"
+  grep -q '^[0-9]* ok .* s$' heard || fail "subscribe.c printed:" "$(cat heard)"
+  kill -INT "$server"
+  wait "$server" || fail "lbea-serve lost frames:" "$(cat tally)"
+  server=
+fi
+echo "$(basename "$archive"): match.c prints what it prints here; C++ links both libraries; publish.c and subscribe.c: $wire"
