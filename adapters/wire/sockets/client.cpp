@@ -148,7 +148,7 @@ bool FrameSender::wait_ready(std::chrono::milliseconds timeout) {
 bool FrameSender::end_stream() {
   State& s = *state_;
   const std::lock_guard lock(s.mutex);
-  if (s.withheld > 0) s.report(ControlKind::heartbeat, max_flush);
+  if (s.withheld > 0 && !s.report(ControlKind::heartbeat, max_flush)) return false;
   s.has_ended = s.sink.tell(s.controls.end_of_stream(s.session, s.next_id), max_flush);
   return s.has_ended;
 }
