@@ -184,3 +184,43 @@ void every_capture_has_one_result(const char* frames, const char* results, const
   for (int c = 0; c < clouds_read; ++c) free(run.clouds[c]);
   free(run.other);
 }
+
+static void check_fit(test_run* run, const lbea_wire_result* result) {
+  CHECK(result->status == LBEA_WIRE_FRAME_OK && result->candidate_count > 0 && result->estimate_count > 0);
+  CHECK(result->residual > 0 && result->estimate_residual > 0 && result->misfit > 0 && result->error_90 > 0);
+  double weights = 0;
+  for (uint32_t i = 0; i < result->estimate_count; ++i) weights += (double)result->estimate[i].weight;
+  CHECK(fabs(weights - 1) < 1e-4);
+  lbea_wire_test test = {0};
+  test.struct_size = sizeof test;
+  CHECK(lbea_wire_receiver_get_test(run->receiver, &test) == LBEA_WIRE_OK);
+  CHECK(test.frames == result->frame_id + 1 && test.chance_count > 0);
+  if (test.chance_count == 0) return;
+  CHECK(test.chances[0].simulation == test.simulation);
+  CHECK(lbea_wire_receiver_simulation_name(run->receiver, test.simulation) != NULL);
+  double chances = 0, branches = 0;
+  for (uint32_t i = 0; i < test.chance_count; ++i) chances += (double)test.chances[i].probability;
+  for (uint32_t i = 0; i < test.branch_count; ++i) branches += (double)test.branch_probabilities[i];
+  CHECK(chances > 0 && chances < 1 + 1e-4);
+  CHECK(fabs(branches - 1) < 1e-4);
+}
+
+void fit_judges_the_test(const char* frames, const char* results, const char* clouds) {
+  static test_run run;
+  read_clouds(&run, clouds);
+  run.receiver = opened_receiver(results, NULL);
+  run.sender = opened_sender(frames, NULL);
+  for (int c = 0; c < clouds_read && failures == 0; ++c) {
+    const int64_t stamp_ns = first_stamp_ns + (int64_t)c * 4000000;
+    CHECK(lbea_wire_sender_send(run.sender, &run.clouds[c]->x, run.point_counts[c], stamp_ns, patience_ms, NULL) ==
+          LBEA_WIRE_OK);
+    lbea_wire_result result = {0};
+    result.struct_size = sizeof result;
+    CHECK(lbea_wire_receiver_receive(run.receiver, patience_ms, &result) == LBEA_WIRE_OK);
+    if (failures == 0) check_fit(&run, &result);
+  }
+  CHECK(lbea_wire_sender_close(run.sender, NULL) == LBEA_WIRE_OK);
+  lbea_wire_receiver_close(run.receiver);
+  for (int c = 0; c < clouds_read; ++c) free(run.clouds[c]);
+  free(run.other);
+}

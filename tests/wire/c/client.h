@@ -28,6 +28,8 @@ lbea_wire_receiver* opened_receiver(const char* results, const lbea_wire_options
 void every_capture_has_one_result(const char* frames, const char* results, const char* clouds,
                                   const lbea_wire_options* options);
 
+void fit_judges_the_test(const char* frames, const char* results, const char* clouds);
+
 /* refusals.c */
 void arguments_are_checked(const char* frames, const char* results);
 void a_wrong_endpoint_is_named(const char* nobody);

@@ -15,8 +15,8 @@ server=
 trap '[ -z "$server" ] || kill -9 "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 
-start() { # endpoint of frames, of results, further arguments
-  "$build/tools/serve/lbea-serve" "$model" --pose "$sensor" --method lbea --json --frames "$1" --results "$2" "${@:3}" >"$work/tally" 2>"$work/log" &
+start() { # method, endpoint of frames, of results, further arguments
+  "$build/tools/serve/lbea-serve" "$model" --pose "$sensor" --method "$1" --json --frames "$2" --results "$3" "${@:4}" >"$work/tally" 2>"$work/log" &
   server=$!
   for _ in $(seq 600); do
     grep -q 'ready: frames on ' "$work/log" && break
@@ -43,10 +43,14 @@ keys=("$work/matcher.pub" "$work/camera.key")
 for transport in $transports; do
   ends=("tcp://127.0.0.1:*" "tcp://127.0.0.1:*")
   if [ "$transport" = ipc ]; then ends=("ipc://$work/frames" "ipc://$work/results"); fi
-  start "${ends[@]}"
+  start lbea "${ends[@]}"
   "${client[@]}" account "$frames" "$results" "$clouds"
   stop
-  start "${ends[@]}"
+  start fit "${ends[@]}"
+  "${client[@]}" fit "$frames" "$results" "$clouds"
+  kill -INT "$server"
+  wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/log")"
+  start lbea "${ends[@]}"
   nobody="ipc://$work/nobody"
   if [ "$transport" = tcp ]; then nobody=tcp://127.0.0.1:1; fi
   "${client[@]}" refusals "$frames" "$results" "$nobody"
@@ -60,7 +64,7 @@ for transport in $transports; do
   wait "$server" 2>/dev/null || true
   server=
   wait "$program" || fail "$(cat "$work/dead")"
-  start "${ends[@]}" --key "$work/matcher.key" --allow "$work/camera.pub"
+  start lbea "${ends[@]}" --key "$work/matcher.key" --allow "$work/camera.pub"
   "${client[@]}" account "$frames" "$results" "$clouds" "${keys[@]}"
   "${client[@]}" keys "$frames" "$results" "${keys[@]}" "$work/stranger.key" "$work/stranger.pub"
   stop
