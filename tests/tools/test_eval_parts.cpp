@@ -18,6 +18,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <sstream>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -336,6 +337,24 @@ TEST_CASE("results.csv quotes names with commas and leaves cells without a value
   const std::string text = text_of(folder / "results.csv");
   CAPTURE(text);
   CHECK(text.ends_with("\n7,0,ok,\"2.1 mm, steel\",3,1.5,0,0.25,0.125,0,0,unknown,unknown,,,,,,,,,,,,,,,\n"));
+}
+
+TEST_CASE("results.csv has a value and a bound per channel, in every frame under the same head") {
+  LiveSummary summary;
+  summary.rows.resize(3);  // the first frame was refused
+  summary.rows[1].result.channels = {{{12.5f, 0.5f}, "end, \"x\"", "mm"}, {{-3, std::nanf("")}, "gap", ""}};
+  summary.rows[2].result.channels = {{{4, 1}, "gap", ""}, {{7, 2}, "new", "m/s"}};
+  const TemporaryFolder folder;
+  write_csv(folder / "results.csv", summary);
+  std::istringstream lines(text_of(folder / "results.csv"));
+  std::array<std::string, 4> text;
+  for (std::string& line : text) std::getline(lines, line);
+  CHECK_MESSAGE(text[0].ends_with(",\"end, \"\"x\"\" [mm]\",\"end, \"\"x\"\" bound_90 [mm]\",gap,gap bound_90,"
+                                  "new [m/s],new bound_90 [m/s]"),
+                text[0]);
+  CHECK(text[1].ends_with(",,,,,,"));
+  CHECK(text[2].ends_with(",12.5,0.5,-3,,,"));
+  CHECK(text[3].ends_with(",,,4,1,7,2"));
 }
 
 TEST_CASE("nodes of a run with the model's node numbers are found by number, those of a finer mesh by position") {

@@ -1,6 +1,7 @@
 #include "tools/eval/evaluation_report.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "tools/eval/channels/channel_columns.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 
 #include <nlohmann/json.hpp>
@@ -58,6 +59,21 @@ Json to_json(const Round& round) {
   return json;
 }
 
+std::vector<std::string> channel_heads(const Evaluation& evaluation) {
+  std::vector<std::string> heads;
+  for (std::uint32_t c = 0; evaluation.model && c < evaluation.model->channels(); ++c)
+    for (const char* kind : {"true", "", "bound_90"}) {
+      const ChannelInfo info = evaluation.model->channel(c);
+      heads.push_back(channel_column(std::string(info.name), kind, std::string(info.unit)));
+    }
+  return heads;
+}
+
+void add_channels(CsvTable& table, const FrameTrial& frame, std::size_t columns) {
+  for (const ChannelScore& score : frame.channels) table.add(score.truth, score.value, score.bound_90);
+  for (std::size_t c = 3 * frame.channels.size(); c < columns; ++c) table.add("");
+}
+
 std::string frames_csv(const Evaluation& evaluation) {
   CsvTable table("experiments,mode,frames_are,experiment,branch,fold,step,time_s,points,status,verdict,test_verdict");
   for (const auto& number : frame_numbers) table.add(number.name);
@@ -69,6 +85,8 @@ std::string frames_csv(const Evaluation& evaluation) {
             "field_inferred");
   for (const auto name : bounded_names) table.add(std::string(name) + "_within_90", std::string(name) + "_bound_90");
   table.add("x1", "x2", "x3");
+  const std::vector<std::string> channels = channel_heads(evaluation);
+  for (const std::string& head : channels) table.add(head);
   table.end_row();
   for (const Round& round : evaluation.rounds)
     for (const TestTrial& test : round.tests)
@@ -85,6 +103,7 @@ std::string frames_csv(const Evaluation& evaluation) {
                   frame.field.true_mean, frame.field.matched, frame.field.inferred);
         for (const BoundCheck& check : frame.bounds) table.add(check.within, check.mean);
         for (const float x : frame.leading_coordinates) table.add(x);
+        add_channels(table, frame, channels.size());
         table.end_row();
       }
   return table.text();

@@ -1,6 +1,7 @@
 #include "tools/eval/live.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "tools/eval/channels/channel_columns.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/intake/clock_times.hpp"
@@ -150,6 +151,9 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
     }
     for (const auto& number : fit_numbers)
       if (!row.result.fit.candidates.empty()) line["fit"][number.name] = row.result.fit.*number.value;
+    for (const wire::WireChannel& channel : row.result.channels)
+      line["channels"].push_back(
+          {{"name", channel.name}, {"unit", channel.unit}, {"value", channel.value}, {"bound_90", channel.bound_90}});
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
     if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
     if (row.on_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path->time_step}};
@@ -179,6 +183,8 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
   table.add("EE", "oracle_EE", "match_ms", "total_ms", "verdict", "test_verdict", "estimate_EE", "path_simulation",
             "path_time_step", "path_EE");
   for (const auto& number : fit_numbers) table.add(number.name);
+  const ChannelColumns channels(summary.rows);
+  for (const std::string& head : channels.heads()) table.add(head);
   table.end_row();
   for (const LiveRow& row : summary.rows) {
     const wire::WireResult& r = row.result;
@@ -196,6 +202,7 @@ void write_csv(const std::filesystem::path& file, const LiveSummary& summary) {
       table.add("", "");
     table.add(row.path_error);
     for (const auto& number : fit_numbers) table.add(r.fit.*number.value);
+    for (const float cell : channels.cells(r)) table.add(cell);
     table.end_row();
   }
   io::write_file(file, table.text());

@@ -44,6 +44,14 @@ bool has_same_match(const wire::WireResult& a, const wire::WireResult& b) {
          a.matches[0].sample.time_step == b.matches[0].sample.time_step;
 }
 
+bool is_close(double a, double b, double largest_difference) {
+  return a == b || (std::isnan(a) && std::isnan(b)) || std::abs(a - b) <= largest_difference;
+}
+
+std::string text(const wire::WireChannel& channel) {
+  return std::to_string(channel.value) + " +- " + std::to_string(channel.bound_90) + " " + channel.unit;
+}
+
 std::string name_of(const wire::WireResult& result) { return "frame " + std::to_string(result.frame_id) + ": "; }
 
 std::string text(const wire::WireResult& result) {
@@ -68,6 +76,9 @@ ResultComparison::ResultComparison(RecordedRun& run, const FrameFates& fates, do
     // Versions up to 0.1 gave the verdict `matched` to every match by lbea and vtp.
     if (result.fit.candidates.empty() && result.verdict == wire::WireVerdict::matched)
       result.verdict = wire::WireVerdict::unknown;
+    for (const wire::WireChannel& channel : result.channels)
+      if (std::isfinite(channel.value))
+        channel_scales_[channel.name] = std::max(channel_scales_[channel.name], std::abs(double{channel.value}));
     if (is_of_a_frame(result.status)) recorded_[{result.session, result.frame_id}].push_back(result);
   }
 }
@@ -76,7 +87,22 @@ bool ResultComparison::is_same(const wire::WireResult& recorded, const wire::Wir
   if (tolerance_ == 0) return bytes_of(recorded) == bytes_of(now);
   return recorded.status == now.status && recorded.verdict == now.verdict && has_same_match(recorded, now) &&
          best_distance_difference(recorded, now) <= tolerance_ &&
-         relative_difference(recorded.coverage, now.coverage) <= tolerance_;
+         relative_difference(recorded.coverage, now.coverage) <= tolerance_ && different_channel(recorded, now).empty();
+}
+
+std::string ResultComparison::different_channel(const wire::WireResult& then, const wire::WireResult& now) const {
+  for (const wire::WireChannel& channel : now.channels)
+    if (std::ranges::find(then.channels, channel.name, &wire::WireChannel::name) == then.channels.end())
+      return "channel \"" + channel.name + "\" is not recorded";
+  for (const wire::WireChannel& a : then.channels) {
+    const auto found = std::ranges::find(now.channels, a.name, &wire::WireChannel::name);
+    if (found == now.channels.end()) return "channel \"" + a.name + "\" is missing now";
+    const auto scale = channel_scales_.find(a.name);
+    const double most = scale == channel_scales_.end() ? 0 : tolerance_ * scale->second;
+    if (a.unit != found->unit || !is_close(a.value, found->value, most) || !is_close(a.bound_90, found->bound_90, most))
+      return "channel \"" + a.name + "\" then " + text(a) + ", now " + text(*found);
+  }
+  return "";
 }
 
 wire::WireResult ResultComparison::take(std::vector<wire::WireResult>& results, const wire::WireResult& now) const {
@@ -115,7 +141,9 @@ std::optional<std::string> ResultComparison::compare(const wire::WireResult& the
   ++tally_.different;
   if (!has_same_match(then, now)) ++tally_.other_match;
   if (then.status != now.status || then.verdict != now.verdict) ++tally_.other_status;
-  return name_of(now) + "then " + text(then) + "; now " + text(now);
+  const std::string channel = different_channel(then, now);
+  if (!channel.empty()) ++tally_.other_channels;
+  return name_of(now) + "then " + text(then) + "; now " + text(now) + (channel.empty() ? "" : "; " + channel);
 }
 
 ComparisonTally ResultComparison::tally() const {

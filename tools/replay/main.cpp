@@ -68,7 +68,8 @@ void add_matching_options(Tool& tool, Options& options, Option* model) {
       tool.add_flag("--against", options.model.compares, "with --model: compare the results with those recorded")
           ->needs(model);
   tool.add_option("--tolerance", options.model.tolerance,
-                  "with --against: relative difference that best distance and coverage may have; 0: equal in every bit")
+                  "with --against: relative difference that best distance, coverage and quantities of interest (of "
+                  "their peak) may have; 0: equal in every bit")
       ->check(in_range(0.0, 1.0))
       ->needs(against);
 }

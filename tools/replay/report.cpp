@@ -58,11 +58,13 @@ std::string result_json(const wire::WireResult& result) {
 
 std::string comparison_line(const ComparisonTally& tally) {
   return formatted(
-      "%llu results the same, %llu different (%llu with another match, %llu with another status or verdict); %llu "
-      "without a recorded result, %llu recorded ones without a new one, %llu not compared because their test began "
+      "%llu results the same, %llu different (%llu with another match, %llu with another status or verdict, "
+      "%llu with other quantities of interest); %llu without a recorded result, %llu recorded ones without a new one, "
+      "%llu not compared because their test began "
       "before the recording; largest relative difference of a best distance %.3g",
       number(tally.same), number(tally.different), number(tally.other_match), number(tally.other_status),
-      number(tally.not_recorded), number(tally.not_repeated), number(tally.without_history), tally.worst_distance);
+      number(tally.other_channels), number(tally.not_recorded), number(tally.not_repeated),
+      number(tally.without_history), tally.worst_distance);
 }
 
 std::string comparison_json(const ComparisonTally& tally) {
@@ -70,6 +72,7 @@ std::string comparison_json(const ComparisonTally& tally) {
               {"different", tally.different},
               {"other_match", tally.other_match},
               {"other_status", tally.other_status},
+              {"other_channels", tally.other_channels},
               {"not_recorded", tally.not_recorded},
               {"not_repeated", tally.not_repeated},
               {"edge_frames", tally.edge_frames},
