@@ -9,7 +9,8 @@
 
 namespace lbea::http {
 namespace {
-std::string number(double value) {
+template <class Value>
+std::string number(Value value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return value > 0 ? "+Inf" : "-Inf";
   std::array<char, 32> digits;
@@ -61,6 +62,11 @@ MetricsText& MetricsText::value(std::uint64_t value, std::string_view labels) {
 }
 
 MetricsText& MetricsText::value(double value, std::string_view labels) {
+  line({}, labels, number(value));
+  return *this;
+}
+
+MetricsText& MetricsText::value(float value, std::string_view labels) {
   line({}, labels, number(value));
   return *this;
 }

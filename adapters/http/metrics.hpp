@@ -18,6 +18,7 @@ class MetricsText {
   /// One value of the metric begun last. `labels`: results of label(), joined with commas; may be empty.
   MetricsText& value(std::uint64_t value, std::string_view labels = {});
   MetricsText& value(double value, std::string_view labels = {});
+  MetricsText& value(float value, std::string_view labels = {});
   /// A whole histogram: `counts` per bucket, one more than `bounds`; `sum` in the unit of the bounds.
   MetricsText& histogram(std::string_view name, std::string_view help, std::span<const double> bounds,
                          std::span<const std::uint64_t> counts, double sum);

@@ -377,6 +377,46 @@ TEST_CASE("gaps, duplicates and sessions are counted") {
   CHECK_FALSE(is_complete(counters));
 }
 
+TEST_CASE("the metrics show the channels of the latest matched frame until its test ends or its sender is silent") {
+  PipelineConfig config = Bench::small();
+  config.sender_timeout = 1s;
+  Bench bench({}, config);
+  const auto shows = [&](const std::string& line) {
+    return metrics_page(bench.pipeline).find("\n" + line) != std::string::npos;
+  };
+  const auto has_channels = [&] { return shows("# HELP lbea_channel "); };
+  const Point with_channels{4, 0, 1}, without{4, 0, 0};
+  const auto show_channels = [&](std::uint64_t id) {
+    bench.send(id, 10, 1, with_channels);
+    CHECK(eventually(has_channels));
+  };
+  const auto hide_channels = [&](std::uint64_t id, std::size_t points, const Point& first) {
+    bench.send(id, points, 1, first);
+    CHECK(eventually([&] { return !has_channels(); }));
+  };
+  CHECK_FALSE(has_channels());
+  show_channels(0);
+  CHECK(shows("lbea_channel{name=\"end \\\"x\\\" \\\\ \\n\",unit=\"mm\"} 12.3\n"));
+  CHECK(shows("lbea_channel{name=\"gap\",unit=\"\"} -3\n"));
+  CHECK(shows("lbea_channel_bound_90{name=\"end \\\"x\\\" \\\\ \\n\",unit=\"mm\"} 0.5\n"));
+  CHECK_FALSE(shows("lbea_channel_bound_90{name=\"gap\""));
+  CHECK_FALSE(shows("lbea_channel{name=\"unknown\""));
+  hide_channels(1, 10, without);
+  show_channels(2);
+  hide_channels(3, 1, with_channels);  // its coverage is low
+  show_channels(4);
+  bench.send(5, 0);  // rejected: the latest matched frame remains
+  bench.send_bytes(bench.encoder.end_of_stream(2, 0));
+  REQUIRE(eventually([&] { return bench.pipeline.counters().of(WireStatus::end_of_stream) == 1; }));
+  bench.receive(7);
+  CHECK(has_channels());
+  bench.send_bytes(bench.encoder.end_of_stream(1, 6));
+  CHECK(eventually([&] { return !has_channels(); }));
+  show_channels(6);
+  bench.send_bytes(bench.encoder.control({1, ControlKind::heartbeat, 7, 0}));
+  CHECK(eventually([&] { return !has_channels(); }));  // after sender_timeout
+}
+
 TEST_CASE("stop() finishes all frames that have arrived") {
   PipelineConfig config = Bench::small();
   config.queue_slots = 8;

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include <unistd.h>
@@ -82,6 +84,23 @@ void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {
   const LatencyHistogram& total = pipeline.total_times();
   page.histogram("lbea_frame_seconds", "From receiving a frame to publishing its result", LatencyHistogram::bounds_s,
                  total.counts(), total.sum_s());
+}
+
+/// Of the latest matched frame while its sender goes on; otherwise they would look like those of the present.
+void write_channels(http::MetricsText& page, const Pipeline& pipeline) {
+  const auto [session, channels] = pipeline.latest_channels();
+  const std::vector<wire::WireSender> senders = pipeline.senders();
+  const auto sender = std::ranges::find(senders, session, &wire::WireSender::session);
+  if (channels.empty() || (sender != senders.end() && sender->condition != wire::SenderCondition::active)) return;
+  const auto write = [&](const char* name, const char* help, float ChannelValue::*number) {
+    page.metric(name, "gauge", help);
+    for (const wire::WireChannel& channel : channels)
+      if (!std::isnan(channel.*number))
+        page.value(channel.*number, http::MetricsText::label("name", channel.name) + "," +
+                                        http::MetricsText::label("unit", channel.unit));
+  };
+  write("lbea_channel", "Quantities of interest of the latest matched frame", &ChannelValue::value);
+  write("lbea_channel_bound_90", "90 % of the true values differ from lbea_channel by less", &ChannelValue::bound_90);
 }
 
 void write_process(http::MetricsText& page) {
@@ -183,6 +202,7 @@ std::string metrics_page(const Pipeline& pipeline) {
   write_frames(page, pipeline.counters());
   write_peers(page, pipeline);
   write_pipeline(page, pipeline);
+  write_channels(page, pipeline);
   write_process(page);
   return page.text();
 }

@@ -27,6 +27,7 @@ class Pipeline {
   [[nodiscard]] std::vector<wire::WireSender> senders() const { return queues_.account.senders.load(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return publisher_.total_times(); }
+  [[nodiscard]] LatestChannels::Frame latest_channels() const { return publisher_.latest_channels(); }
   /// The constant part of the state.
   [[nodiscard]] const wire::WireState& description() const noexcept { return config_.description; }
   /// Loop counts of receiver, matchers and publisher: each rises at least every 100 ms unless its thread hangs.

@@ -95,6 +95,7 @@ void ResultPublisher::send_result() noexcept {
   const wire::Message message = encoder_.result(result_);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->result(message, result_);
+  channels_.add(result_);
   log_.note(result_.status, result_.session, {result_.frame_id, 1});
   if (undeformed_.add(result_) && undeformed_.is_low())
     log_.note_low_coverage(result_.session, result_.frame_id, result_.coverage);

@@ -1,6 +1,7 @@
 // The publishing thread: publishes every outcome and rejection as a result, and the state at intervals.
 #pragma once
 
+#include "tools/serve/pipeline/latest_channels.hpp"
 #include "tools/serve/pipeline/pipeline_queues.hpp"
 #include "tools/shared/intake/frame_log.hpp"
 #include "tools/shared/intake/test_answer.hpp"
@@ -44,6 +45,7 @@ class ResultPublisher {
   [[nodiscard]] std::vector<wire::PeerVisit> visits() { return sink_.visits(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
+  [[nodiscard]] LatestChannels::Frame latest_channels() const { return channels_.load(); }
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
 
  private:
@@ -69,6 +71,7 @@ class ResultPublisher {
   wire::WireState state_;
   std::uint64_t sequence_ = 0;
   LatencyHistogram match_times_, total_times_;
+  LatestChannels channels_;
   std::atomic<std::uint64_t> rounds_{0};
 };
 
