@@ -22,6 +22,7 @@ void TestRecord::add(const wire::WireResult& result) {
     return;  // no time to refer to
   }
   FrameRow row = row_of(result);
+  row.channels = channels_.add(result, row.time_s);
   ++verdicts_[row.verdict];
   if (frames_++ % every_ != 0) return;
   if (rows_.size() >= capacity_) thin();

@@ -2,6 +2,7 @@
 // says.
 #pragma once
 
+#include "tools/report/content/channel_record.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 
 #include <map>
@@ -23,6 +24,7 @@ struct FrameRow : FrameNumbers, FitNumbers {
   float final_error_90 = unknown;                      // of the forecast's final shape
   std::vector<float> final_branches;                   // forecast: probabilities at the end
   std::vector<ParameterForecast> parameters;           // forecast
+  std::vector<ChannelValue> channels;                  // in the order of the record's; empty: doubtful
   [[nodiscard]] bool is_matched() const noexcept { return verdict != wire::WireVerdict::refused; }
 };
 
@@ -42,6 +44,7 @@ class TestRecord {
   [[nodiscard]] const std::optional<wire::WireResult>& latest() const noexcept { return latest_; }
   /// Number of frames by verdict, rejected ones included.
   [[nodiscard]] const std::map<wire::WireVerdict, std::uint64_t>& verdicts() const noexcept { return verdicts_; }
+  [[nodiscard]] const ChannelRecord& channels() const noexcept { return channels_; }
   /// From the first to the last matched frame.
   [[nodiscard]] double seconds() const noexcept { return seconds_; }
   /// The sender announced the end of the test.
@@ -58,6 +61,7 @@ class TestRecord {
   TestAnswer answer_;
   std::optional<wire::WireResult> latest_;
   std::map<wire::WireVerdict, std::uint64_t> verdicts_;
+  ChannelRecord channels_;
   std::vector<FrameRow> rows_;
 };
 

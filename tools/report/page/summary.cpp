@@ -89,6 +89,24 @@ Json regions_json(const TestReport& report) {
   return regions;
 }
 
+Json moment_json(const std::optional<ChannelMoment>& moment) {
+  if (!moment) return nullptr;
+  return {{"seconds", number(moment->time_s)},
+          {"value", number(double{moment->value})},
+          {"bound_90", number(double{moment->bound_90})}};
+}
+
+Json channels_json(const TestReport& report) {
+  Json json = Json::array();
+  if (report.record() == nullptr) return json;
+  for (const TestChannel& channel : report.record()->channels().channels())
+    json.push_back({{"name", channel.name},
+                    {"unit", channel.unit},
+                    {"last", moment_json(channel.last)},
+                    {"peak", moment_json(channel.peak)}});
+  return json;
+}
+
 /// After the last frame, and the error of the forecasts before.
 Json forecast_json(const TestReport& report) {
   const wire::WireForecast& last = report.forecast();
@@ -141,6 +159,8 @@ std::string summary_json(const TestReport& report) {
             {"tests", Json::array()},
             {"end", end_json(report)},
             {"forecast", forecast_json(report)},
+            {"channels", channels_json(report)},
+            {"channel_frames_left_out", report.record() == nullptr ? 0 : report.record()->channels().left_out()},
             {"frames", frames_json(report)},
             {"regions", regions_json(report)}};
   for (const RecordedTest& test : report.content.tests) json["tests"].push_back(test_json(report, test));
