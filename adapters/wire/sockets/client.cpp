@@ -39,7 +39,8 @@ struct FrameSender::State {
   /// Greets the receiver and begins the heartbeats.
   void start();
   void keep_alive();
-  bool report(ControlKind kind, std::chrono::milliseconds timeout);
+  /// False without room or memory.
+  bool report(ControlKind kind, std::chrono::milliseconds timeout) noexcept;
   /// Counts a capture, and sends it with `send_frame` after what was withheld before is reported: ids arrive in order.
   template <class Send>
   bool capture(std::chrono::milliseconds timeout, Send&& send_frame);
@@ -70,12 +71,12 @@ void FrameSender::State::keep_alive() {
     if (!has_ended && Clock::now() - last_message >= heartbeat_interval) report(ControlKind::heartbeat, 0ms);
 }
 
-bool FrameSender::State::report(ControlKind kind, std::chrono::milliseconds timeout) {
+bool FrameSender::State::report(ControlKind kind, std::chrono::milliseconds timeout) noexcept try {
   last_message = Clock::now();
   const bool sent = sink.tell(controls.control({session, kind, next_id, withheld}), timeout);
   if (sent) withheld = 0;
   return sent;
-}
+} catch (const std::bad_alloc&) { return false; }
 
 template <class Send>
 bool FrameSender::State::capture(std::chrono::milliseconds timeout, Send&& send_frame) {

@@ -36,6 +36,27 @@ void release(void*, void* hint) {
   if (pending->is_frame) pending->in_flight->frames.fetch_sub(1, std::memory_order_release);
   pending->in_flight->messages.fetch_sub(1, std::memory_order_release);
 }
+
+/// Makes a message of the bytes of `pending`, which it then owns. False when there is no memory.
+bool hold(zmq::message_t& message, std::unique_ptr<Pending>& pending) noexcept {
+  Pending& p = *pending;
+  p.is_filled.store(true, std::memory_order_release);
+  // ZeroMQ only reads the bytes; its parameter is non-const because of the release function.
+  if (zmq_msg_init_data(message.handle(), const_cast<std::byte*>(p.message->data()), p.message->size(), release, &p) !=
+      0) {
+    zmq_msg_init(message.handle());
+    return false;
+  }
+  p.in_flight->messages.fetch_add(1, std::memory_order_relaxed);
+  if (p.is_frame) p.in_flight->frames.fetch_add(1, std::memory_order_relaxed);
+  static_cast<void>(pending.release());
+  return true;
+}
+
+/// Null when there is no memory.
+std::shared_ptr<const std::vector<std::byte>> copy_of(Message message) noexcept try {
+  return std::make_shared<const std::vector<std::byte>>(message.begin(), message.end());
+} catch (const std::bad_alloc&) { return nullptr; }
 }  // namespace
 
 std::string explain(Link link, const std::string& endpoint, const char* option) {
@@ -91,12 +112,11 @@ Link FrameSink::link() noexcept {
 }
 
 bool FrameSink::send(Message message, std::chrono::milliseconds timeout) noexcept {
-  return send(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), timeout);
+  return send(copy_of(message), timeout);
 }
 
 bool FrameSink::tell(Message message, std::chrono::milliseconds timeout) noexcept {
-  return state_->enqueue(std::make_shared<const std::vector<std::byte>>(message.begin(), message.end()), false,
-                         timeout);
+  return state_->enqueue(copy_of(message), false, timeout);
 }
 
 bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
@@ -109,12 +129,10 @@ bool FrameSink::send(const std::shared_ptr<const std::vector<std::byte>>& bytes,
 bool FrameSink::State::enqueue(const std::shared_ptr<const std::vector<std::byte>>& bytes, bool is_frame,
                                std::chrono::milliseconds timeout) noexcept {
   connection.poll();
-  in_flight->messages.fetch_add(1, std::memory_order_relaxed);
-  if (is_frame) in_flight->frames.fetch_add(1, std::memory_order_relaxed);
-  auto* pending = new Pending{bytes, in_flight, is_frame};
-  pending->is_filled.store(true, std::memory_order_release);
-  // ZeroMQ only reads the bytes; its parameter is non-const because of the release function.
-  zmq::message_t message(const_cast<std::byte*>(bytes->data()), bytes->size(), release, pending);
+  std::unique_ptr<Pending> pending(bytes ? new (std::nothrow) Pending{bytes, in_flight, is_frame} : nullptr);
+  if (pending == nullptr) return false;
+  zmq::message_t message;
+  if (!hold(message, pending)) return false;
   detail::Io io = detail::send(socket, message, ZMQ_DONTWAIT);
   if (io == detail::Io::would_block && timeout.count() > 0 &&
       detail::wait(socket, ZMQ_POLLOUT, timeout) == detail::Io::done)
