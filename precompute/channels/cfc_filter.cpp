@@ -9,34 +9,41 @@
 namespace lbea::bake {
 namespace {
 
-constexpr std::size_t stencil = derivative_states;
+constexpr std::size_t most_states = derivative_states;
 
 /// Weights of the values at `x` for the derivative of this order at `at`: the recursion of Fornberg (1988), from
 /// polynomials through fewer points to those through more.
-std::array<double, stencil> weights(std::span<const double> x, double at, std::size_t order) {
-  std::array<std::array<double, stencil>, 3> of{};  // [order][point]
+std::array<double, most_states> weights(std::span<const double> x, double at, std::size_t order) {
+  std::array<std::array<double, most_states>, 2> of{};  // [order][point]
   of[0][0] = 1;
   double before = 1;
-  for (std::size_t n = 1; n < stencil; ++n) {
+  for (std::size_t n = 1; n < x.size(); ++n) {
     double product = 1;
     for (std::size_t i = 0; i < n; ++i) product *= x[n] - x[i];
-    for (std::size_t m = std::min<std::size_t>(n, 2) + 1; m-- > 0;)
+    for (std::size_t m = 2; m-- > 0;)
       of[m][n] =
           before / product * ((m > 0 ? static_cast<double>(m) * of[m - 1][n - 1] : 0) - (x[n - 1] - at) * of[m][n - 1]);
     for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t m = std::min<std::size_t>(n, 2) + 1; m-- > 0;)
+      for (std::size_t m = 2; m-- > 0;)
         of[m][i] = ((x[n] - at) * of[m][i] - (m > 0 ? static_cast<double>(m) * of[m - 1][i] : 0)) / (x[n] - x[i]);
     before = product;
   }
   return of[order];
 }
 
-/// First of the five states around a time.
-std::size_t first_around(std::span<const double> times, double at) {
+struct States {
+  std::size_t first, count;
+};
+
+/// As many on either side of the nearest one, at most two; at the ends the last two.
+States states_around(std::span<const double> times, double at) {
   const auto after = static_cast<std::size_t>(std::ranges::lower_bound(times, at) - times.begin());
+  const std::size_t last = times.size() - 1;
   const std::size_t nearest =
-      after == times.size() || (after > 0 && at - times[after - 1] < times[after] - at) ? after - 1 : after;
-  return std::min(nearest - std::min(nearest, stencil / 2), times.size() - stencil);
+      after > last || (after > 0 && at - times[after - 1] < times[after] - at) ? after - 1 : after;
+  const std::size_t reach = std::min({nearest, last - nearest, most_states / 2});
+  if (reach > 0) return {nearest - reach, 2 * reach + 1};
+  return {nearest == 0 ? 0 : last - 1, 2};
 }
 
 /// One direction; zero before the first value.
@@ -74,10 +81,10 @@ std::vector<double> derivative(std::span<const double> times, std::span<const do
                                std::span<const double> at, std::size_t order) {
   std::vector<double> result;
   for (const double time : at) {
-    const std::size_t first = first_around(times, time);
-    const auto w = weights(times.subspan(first, stencil), time, order);
+    const auto [first, count] = states_around(times, time);
+    const auto w = weights(times.subspan(first, count), time, order);
     double sum = 0;
-    for (std::size_t i = 0; i < stencil; ++i) sum += w[i] * values[first + i];
+    for (std::size_t i = 0; i < count; ++i) sum += w[i] * values[first + i];
     result.push_back(sum);
   }
   return result;

@@ -10,8 +10,10 @@ namespace lbea::bake {
 /// States that a derivative needs.
 inline constexpr std::size_t derivative_states = 5;
 
-/// The derivative of this order (0 to 2) at the times `at`, by the polynomial through the five states around each:
-/// exact for motions up to the fourth power of time, also at the ends. times: strictly ascending, at least five.
+/// The values (order 0) or first derivatives (order 1) at the times `at`, by the polynomial through the nearest state
+/// and two on either side: exact for motions up to the fourth power of time. Beside the ends there is one state on
+/// either side; at the ends, the derivative is that between the last two states. Polynomials that continue to an end
+/// are wrong where the motion begins with an impact. times: strictly ascending, at least five.
 [[nodiscard]] std::vector<double> derivative(std::span<const double> times, std::span<const double> values,
                                              std::span<const double> at, std::size_t order);
 
@@ -19,6 +21,9 @@ inline constexpr std::size_t derivative_states = 5;
 /// values: evenly sampled. Before both ends the deviation from the straight line between the first and the last value
 /// continues as its point reflection: a linear course passes unchanged, and the first and the last value stay.
 [[nodiscard]] std::vector<double> cfc_filtered(std::span<const double> values, double interval_s, std::uint32_t cfc);
+
+/// Half a period of the frequency at which the class has -3 dB, s: of shorter records the filter leaves a straight line.
+[[nodiscard]] constexpr double least_record(std::uint32_t cfc) noexcept { return 0.3 / cfc; }
 
 /// SAE J211-1 asks for ten samples per second for each Hz of the class.
 [[nodiscard]] constexpr double least_rate(std::uint32_t cfc) noexcept { return 10.0 * cfc; }

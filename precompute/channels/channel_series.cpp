@@ -45,17 +45,34 @@ void check_times(std::span<const double> times, std::uint32_t cfc) {
     refuse_run("its states are up to " + std::to_string(1e3 * longest) + " ms apart, which is too rare for class " +
                std::to_string(cfc) + "; give at most cfc = " +
                std::to_string(static_cast<int>((1 + rounding) * rate / 10)) + " or write states more often");
+  if (const double record = times.back() - times.front(); least_record(cfc) > (1 + rounding) * record)
+    refuse_run("its record of " + std::to_string(1e3 * record) + " ms is shorter than half a period of class " +
+               std::to_string(cfc) + ", " + std::to_string(1e3 * least_record(cfc)) + " ms; give at least cfc = " +
+               std::to_string(static_cast<int>(std::ceil(least_record(1) / ((1 + rounding) * record)))));
 }
 
 /// Each axis is differentiated, then filtered.
-Track filtered_derivative(const Track& track, std::span<const double> times, std::size_t order, std::uint32_t cfc) {
+Track velocity_of(const Track& track, std::span<const double> times, std::uint32_t cfc) {
   check_times(times, cfc);
   Track result(track.size());
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const Vector3d& position : track) values.push_back(position[axis]);
-    const std::vector<double> filtered = cfc_filtered_at(times, derivative(times, values, times, order), cfc);
+    const std::vector<double> filtered = cfc_filtered_at(times, derivative(times, values, times, 1), cfc);
     for (std::size_t i = 0; i < result.size(); ++i) result[i][axis] = filtered[i];
+  }
+  return result;
+}
+
+/// Of the filtered velocity: its integral over a record is the change of the velocity, also at the ends.
+Track acceleration_of(const Track& track, std::span<const double> times, std::uint32_t cfc) {
+  const Track velocity = velocity_of(track, times, cfc);
+  Track result(track.size());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Vector3d& one : velocity) values.push_back(one[axis]);
+    const std::vector<double> slopes = derivative(times, values, times, 1);
+    for (std::size_t i = 0; i < result.size(); ++i) result[i][axis] = slopes[i];
   }
   return result;
 }
@@ -103,9 +120,9 @@ std::vector<double> channel_series(const PlannedChannel& channel, std::span<cons
     case ChannelKind::displacement:
       return components_of(since_first(tracks[0]), channel.component);
     case ChannelKind::velocity:
-      return components_of(filtered_derivative(tracks[0], times, 1, channel.cfc), channel.component);
+      return components_of(velocity_of(tracks[0], times, channel.cfc), channel.component);
     case ChannelKind::acceleration:
-      return components_of(filtered_derivative(tracks[0], times, 2, channel.cfc), channel.component);
+      return components_of(acceleration_of(tracks[0], times, channel.cfc), channel.component);
     case ChannelKind::distance:
       return components_of(difference(tracks[0], tracks[1]), ChannelComponent::resultant);
     case ChannelKind::intrusion:

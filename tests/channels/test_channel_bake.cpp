@@ -26,7 +26,7 @@ ChannelPoint place(double x, double y, double z) { return {false, 0, {x, y, z}};
 
 std::vector<ChannelDescription> some_channels() {
   return {{"end x", ChannelKind::displacement, ChannelComponent::x, 0, {node(free_end)}, {}},
-          {"end speed", ChannelKind::velocity, ChannelComponent::z, 60, {node(free_end)}, {}},
+          {"end speed", ChannelKind::velocity, ChannelComponent::z, 150, {node(free_end)}, {}},
           {"across", ChannelKind::distance, ChannelComponent::resultant, 0, {node(1001), node(free_end)}, {}},
           {"bulge",
            ChannelKind::intrusion,
@@ -64,7 +64,7 @@ TEST_CASE("channels: a displacement counts from the run's first state, not from 
   REQUIRE(baked.model.channels() == 4);
   CHECK(baked.model.channel(0).name == "end x");
   CHECK(baked.model.channel(1).unit == "mm/s");
-  CHECK(baked.model.channel(1).cfc == 60);
+  CHECK(baked.model.channel(1).cfc == 150);
   CHECK(baked.model.channel(3).kind == ChannelKind::intrusion);
   for (std::uint32_t s = 0; s < baked.model.samples(); ++s) {
     const auto [run, step] = baked.model.sample(s);
@@ -159,6 +159,19 @@ TEST_CASE("channels: by fit a frame has the values of its estimate, with bounds"
   CHECK(double{result.channels[0].value} == doctest::Approx(value).epsilon(1e-5));
   CHECK(std::abs(value - end_x(0.45)) < 1);
   CHECK(result.channels[0].bound_90 > 0);
+}
+
+// The bounds are learned from frames that simulations explain.
+TEST_CASE("channels: a frame that no simulation explains has no bounds") {
+  const Baked baked(similar_plates(6, 8), with_channels(), with_views());
+  Matcher matcher(baked.model, fit_config());
+  std::vector<Point> points = seen(bent(0.45));
+  for (Point& point : points) point.z += 20 * std::sin(point.x / 10);
+  const MatchResult result = matcher.match({1, 0, points});
+  REQUIRE(result.verdict == Verdict::no_simulation_fits);
+  REQUIRE(result.channels.size() == 4);
+  CHECK(std::isnan(result.channels[0].bound_90));
+  CHECK(std::isfinite(result.channels[0].value));
 }
 
 TEST_CASE("channels: any division into shards gives the same bytes") {
