@@ -135,7 +135,8 @@ struct ChannelInfo {
 };
 
 /// A channel in a frame. The true value differs by less than bound_90 in 90 % of the frames of runs that are not in the
-/// ensemble; NaN: not known (other methods than fit, or most is hidden).
+/// ensemble; NaN: not known (other methods than fit, no simulation fits, most is hidden, or the rig's pose is not the
+/// model's).
 struct ChannelValue {
   float value = std::numeric_limits<float>::quiet_NaN();
   float bound_90 = std::numeric_limits<float>::quiet_NaN();

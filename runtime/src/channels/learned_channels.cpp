@@ -99,7 +99,8 @@ std::span<const ChannelValue> ChannelEvaluator::of_match(const Match& match) noe
   return values_;
 }
 
-std::span<const ChannelValue> ChannelEvaluator::of_fit(const SurfaceFit& fit, bool is_hidden) noexcept {
+std::span<const ChannelValue> ChannelEvaluator::of_fit(const SurfaceFit& fit, bool is_hidden,
+                                                       bool is_bounded) noexcept {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   if (values_.empty()) return {};
   weigh(fit);
@@ -107,7 +108,7 @@ std::span<const ChannelValue> ChannelEvaluator::of_fit(const SurfaceFit& fit, bo
   for (std::size_t c = 0; c < values_.size(); ++c) {
     const auto values = channels_->values.subspan(c * model_.samples(), model_.samples());
     const double value = weighted_value(values, estimate_);
-    const ChannelBound bound = channels_->bound(c, is_hidden);
+    const ChannelBound bound = is_bounded ? channels_->bound(c, is_hidden) : ChannelBound{};
     const double half = bound.half_width(scale * weighted_deviation(values, plausible_, value), error);
     values_[c] = {static_cast<float>(value),
                   half > 0 ? static_cast<float>(half) : std::numeric_limits<float>::quiet_NaN()};

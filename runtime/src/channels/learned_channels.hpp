@@ -72,8 +72,9 @@ class ChannelEvaluator {
 
   /// Of the best sample; no bounds. Does not allocate.
   std::span<const ChannelValue> of_match(const Match& match) noexcept;
-  /// Of a frame by Method::fit. is_hidden: something hides a part of it. Does not allocate.
-  std::span<const ChannelValue> of_fit(const SurfaceFit& fit, bool is_hidden) noexcept;
+  /// Of a frame by Method::fit. is_hidden: something hides a part of it. is_bounded: a simulation explains it, and the
+  /// bake has learned the bounds for the rig's pose. Does not allocate.
+  std::span<const ChannelValue> of_fit(const SurfaceFit& fit, bool is_hidden, bool is_bounded) noexcept;
 
  private:
   void weigh(const SurfaceFit& fit) noexcept;

@@ -136,8 +136,10 @@ void Matcher::State::publish(MatchResult& result) noexcept {
 }
 
 void Matcher::State::evaluate_channels(MatchResult& result) noexcept {
-  result.channels =
-      fitter ? channels.of_fit(result.fit, fitter->is_hidden()) : channels.of_match(result.matches.front());
+  if (fitter)
+    result.channels = channels.of_fit(result.fit, fitter->is_hidden(), has_baked_pose && fitter->is_explained());
+  else
+    result.channels = channels.of_match(result.matches.front());
 }
 
 MatchResult Matcher::match(const Frame& frame) noexcept { return match(frame, nullptr); }

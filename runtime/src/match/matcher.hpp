@@ -62,6 +62,7 @@ struct Matcher::State {
   PoseFilter* pose = nullptr;       // of the history; null: not estimated
   std::vector<Match> matches;
   ChannelEvaluator channels;
+  bool has_baked_pose;    // of the rig
   SampleSurface surface;  // of the best sample
 };
 }  // namespace lbea

@@ -26,6 +26,12 @@ bool is_rigid(const RigidTransform& T) noexcept {
   return det > 0;
 }
 
+/// Whether the views are those that the model was baked with, or a copy of them.
+bool is_baked(const SensorViews& views, const ModelView& model) noexcept {
+  return !views.empty() && model.depth_images != nullptr &&
+         views.data()->camera.T_reference_sensor == model.depth_images->camera.T_reference_sensor;
+}
+
 void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views) {
   require(config.max_points >= 1 && config.max_points <= most_points,
           "max_points is " + std::to_string(config.max_points) + "; give 1 to " + std::to_string(most_points));
@@ -69,6 +75,7 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
           view.info.samples)),
       matches(std::min(config.max_matches, view.info.samples)),
       channels(model, FitSettings{}.most_combined()),
+      has_baked_pose(is_baked(views, view)),
       surface(view) {
   if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
   if (config.method == Method::vtp)

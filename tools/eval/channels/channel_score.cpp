@@ -55,7 +55,7 @@ std::vector<ChannelScore> ChannelJudge::scores(const MatchResult& result, std::u
 
 double ChannelJudge::evaluation_ns(const MatchResult& result) {
   const auto start = std::chrono::steady_clock::now();
-  (void)evaluator_.of_fit(result.fit, false);
+  (void)evaluator_.of_fit(result.fit, false, true);
   return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
 }
 
