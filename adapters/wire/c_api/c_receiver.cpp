@@ -38,9 +38,7 @@ bool wait_answer(lbea_wire_receiver& r, std::chrono::milliseconds patience) {
 
 /// Of the latest message.
 const Counters& latest_counters(const lbea_wire_receiver& r) noexcept {
-  const WireState* state = r.results.state();
-  const bool is_state = r.latest == nullptr || (state != nullptr && state->sequence > r.latest->sequence);
-  return is_state ? state->counters : r.latest->counters;
+  return r.latest == nullptr || r.results.ends_with_state() ? r.results.state()->counters : r.latest->counters;
 }
 }  // namespace
 }  // namespace lbea::wire

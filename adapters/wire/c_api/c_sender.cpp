@@ -109,13 +109,11 @@ lbea_wire_status lbea_wire_sender_get_tally(const lbea_wire_sender* sender, lbea
 
 lbea_wire_status lbea_wire_sender_close(lbea_wire_sender* sender, lbea_wire_tally* tally) {
   if (sender == nullptr) return bad_argument("lbea_wire_sender_close: sender is NULL");
+  if (tally != nullptr && !is_plausible_size(tally->struct_size, least_tally)) return bad_argument(size_not_set);
   const std::unique_ptr<lbea_wire_sender> owned(sender);
   return guarded([&] {
     const SendTally found = owned->sender->finish();
-    if (tally != nullptr) {
-      const lbea_wire_status written = write_out(to_c(found, owned->sender->session()), tally, least_tally);
-      if (written != LBEA_WIRE_OK) return written;
-    }
+    if (tally != nullptr) write_c_struct(to_c(found, owned->sender->session()), tally);
     if (found.handed_over == found.sent) return LBEA_WIRE_OK;
     return failed(LBEA_WIRE_UNDELIVERED,
                   "endpoint \"" + owned->endpoint + "\": " + std::to_string(found.sent - found.handed_over) + " of " +

@@ -60,6 +60,10 @@ OpenOptions read_options(const lbea_wire_options* options, std::uint32_t queued_
   if (full.queued_messages > most_queued)
     throw Error(Status::bad_config, "queued_messages is " + std::to_string(full.queued_messages) + ", more than " +
                                         std::to_string(most_queued));
+  for (const char* file : {full.server_key_file, full.key_file})
+    if (file != nullptr && *file == '\0')
+      throw Error(Status::bad_config,
+                  "the name of a key file is empty; give the file, or NULL to connect without keys");
   if (full.key_file != nullptr && full.server_key_file == nullptr)
     throw Error(Status::bad_config, "key_file without server_key_file; give the matcher's .pub file too");
   return {.access = read_client_access(path_of(full.server_key_file), path_of(full.key_file)),

@@ -183,10 +183,15 @@ const WireResult* ResultReceiver::receive(std::chrono::milliseconds timeout) {
 bool ResultReceiver::read(Message message) {
   if (decode_result(message, result_) == WireStatus::ok) {
     count(result_.sequence);
+    ends_with_state_ = false;
     return true;
   }
   if (WireState state; decode_state(message, state) == WireStatus::ok) {
     count(state.sequence);
+    // A gap between the sequences of two matchers is no loss.
+    if (!state_ || state_->start_ns == state.start_ns) lost_ += lost_since_state_;
+    lost_since_state_ = 0;
+    ends_with_state_ = true;
     state_ = std::move(state);
   } else {
     ++damaged_;
@@ -196,7 +201,7 @@ bool ResultReceiver::read(Message message) {
 
 // A restarted matcher counts from 0.
 void ResultReceiver::count(std::uint64_t sequence) {
-  if (next_sequence_ && sequence > *next_sequence_) lost_ += sequence - *next_sequence_;
+  if (next_sequence_ && sequence > *next_sequence_) lost_since_state_ += sequence - *next_sequence_;
   next_sequence_ = sequence + 1;
 }
 }  // namespace lbea::wire

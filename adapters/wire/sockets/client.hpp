@@ -71,8 +71,11 @@ class ResultReceiver {
   /// The latest state of the matcher: model, method, senders. Null before the first one, which arrives within half a
   /// second.
   [[nodiscard]] const WireState* state() const noexcept { return state_ ? &*state_ : nullptr; }
-  /// Messages that were discarded because this receiver was too slow.
-  [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
+  /// Messages that were discarded because this receiver was too slow, but for what a restarted matcher sent before it
+  /// was connected to again.
+  [[nodiscard]] std::uint64_t lost() const noexcept { return lost_ + lost_since_state_; }
+  /// Whether the latest message was a state, not a result.
+  [[nodiscard]] bool ends_with_state() const noexcept { return ends_with_state_; }
   /// Messages that could not be read.
   [[nodiscard]] std::uint64_t damaged() const noexcept { return damaged_; }
   [[nodiscard]] Link link() noexcept { return source_.link(); }
@@ -85,6 +88,7 @@ class ResultReceiver {
   WireResult result_;
   std::optional<WireState> state_;
   std::optional<std::uint64_t> next_sequence_;
-  std::uint64_t lost_ = 0, damaged_ = 0;
+  std::uint64_t lost_ = 0, lost_since_state_ = 0, damaged_ = 0;
+  bool ends_with_state_ = false;
 };
 }  // namespace lbea::wire

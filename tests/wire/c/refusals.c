@@ -63,6 +63,9 @@ static void options_are_checked(const char* frames) {
   options = options_of("no/such.pub", NULL);
   CHECK(lbea_wire_sender_open(frames, &options, &none) == LBEA_WIRE_BAD_CONFIG);
   CHECK_SENTENCE("no/such.pub");
+  options = options_of("", "camera.key"); /* was a connection without keys */
+  CHECK(lbea_wire_sender_open(frames, &options, &none) == LBEA_WIRE_BAD_CONFIG);
+  CHECK_SENTENCE("is empty");
   options = options_of(NULL, NULL);
   options.queued_messages = 2000000;
   CHECK(lbea_wire_sender_open(frames, &options, &none) == LBEA_WIRE_BAD_CONFIG);
@@ -96,6 +99,9 @@ void arguments_are_checked(const char* frames, const char* results) {
   CHECK(lbea_wire_sender_send(sender, point, 1, INT64_MAX, 0, &id) == LBEA_WIRE_BAD_STAMP && id == 1);
   lbea_wire_tally tally = {0};
   tally.struct_size = sizeof tally;
+  lbea_wire_tally unset = {0};
+  CHECK(lbea_wire_sender_close(sender, &unset) == LBEA_WIRE_BAD_ARGUMENT); /* still open */
+  CHECK_SENTENCE("struct_size");
   CHECK(lbea_wire_sender_close(sender, &tally) == LBEA_WIRE_OK && tally.captured == 2 && tally.refused == 2);
   for (int withheld = 0; withheld < 2 && failures == 0; ++withheld)
     CHECK(lbea_wire_receiver_receive(receiver, patience_ms, &result) == LBEA_WIRE_OK &&

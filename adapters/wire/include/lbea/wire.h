@@ -189,7 +189,7 @@ typedef struct lbea_wire_test {
   const float* branch_probabilities;       /**< of the deformation branches */
 } lbea_wire_test;
 
-/** The matcher's account of all senders, as of its latest message:
+/** The matcher's account of all senders, as of its latest message and since its start:
     captured = matched + rejected + dropped + on_the_way. */
 typedef struct lbea_wire_account {
   uint32_t struct_size;
@@ -200,7 +200,8 @@ typedef struct lbea_wire_account {
   uint64_t withheld;    /**< of the dropped: not sent */
   uint64_t unannounced; /**< rejected or dropped without a result */
   uint64_t unrecorded;  /**< frames and results missing from the matcher's recording */
-  uint64_t lost;        /**< messages of the matcher that this receiver was too slow for */
+  uint64_t lost;        /**< messages of the matcher that this receiver was too slow for, but for what a restarted
+                             matcher sent before it was connected to again */
   uint64_t damaged;     /**< messages that this receiver could not read */
 } lbea_wire_account;
 
@@ -253,7 +254,8 @@ LBEA_API lbea_wire_status lbea_wire_sender_withhold(lbea_wire_sender* sender, ui
 LBEA_API lbea_wire_status lbea_wire_sender_end_test(lbea_wire_sender* sender);
 LBEA_API lbea_wire_status lbea_wire_sender_get_tally(const lbea_wire_sender* sender, lbea_wire_tally* tally);
 /** Says goodbye, waits up to 4 s until all is handed over, and frees the sender. tally: may be NULL. Returns
- * LBEA_WIRE_UNDELIVERED when tally.handed_over is less than tally.sent: the matcher has ended or does not read. */
+ * LBEA_WIRE_UNDELIVERED when tally.handed_over is less than tally.sent: the matcher has ended or does not read. After
+ * LBEA_WIRE_BAD_ARGUMENT the sender is still open. */
 LBEA_API lbea_wire_status lbea_wire_sender_close(lbea_wire_sender* sender, lbea_wire_tally* tally);
 
 /* Receivers. */
