@@ -22,7 +22,8 @@ inline constexpr std::size_t derivative_states = 5;
 /// continues as its point reflection: a linear course passes unchanged, and the first and the last value stay.
 [[nodiscard]] std::vector<double> cfc_filtered(std::span<const double> values, double interval_s, std::uint32_t cfc);
 
-/// Half a period of the frequency at which the class has -3 dB, s: of shorter records the filter leaves a straight line.
+/// Half a period of the frequency at which the class has -3 dB, s: of shorter records the filter leaves a straight
+/// line.
 [[nodiscard]] constexpr double least_record(std::uint32_t cfc) noexcept { return 0.3 / cfc; }
 
 /// SAE J211-1 asks for ten samples per second for each Hz of the class.
