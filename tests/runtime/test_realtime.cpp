@@ -43,7 +43,7 @@ using namespace lbea::test;
 TEST_CASE("10,000 frames, malformed ones included, without one call to the heap") {
   const TemporaryFolder folder;
   EnsembleDescription description = bent_plates_description(ReferenceMode::over_time);
-  description.channels = {{"free end", ChannelKind::velocity, ChannelComponent::z, 60, {{true, 1020, {}}}, {}}};
+  description.channels = {{"free end", ChannelKind::velocity, ChannelComponent::z, 150, {{true, 1020, {}}}, {}}};
   bake_model(bent_plates(), description, folder / "plates.lbea", with_views());
   const AlignedBytes bytes(folder / "plates.lbea");
   const Model model = Model::view(bytes.span());
