@@ -203,6 +203,24 @@ void search_group_16(Search& search, std::size_t level, std::size_t group) {
       if (is_hard(search)) return;
     }
 }
+
+Floats weights_at(const float* from) { return load(from); }
+Floats weights_at(const std::uint16_t* from) { return to_floats(load_shorts(from) - (1 << 15)); }
+
+template <typename Number>
+void project_rows(const Number* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
+  for (std::size_t j = 0; j < rows; ++j) {
+    const Number* row = projection + j * stride;
+    Floats even{}, odd{};  // two sums: no addition waits for the previous one
+    std::size_t i = 0;
+    for (; i + 2 * lanes <= stride; i += 2 * lanes) {
+      even += weights_at(row + i) * load(f + i);
+      odd += weights_at(row + i + lanes) * load(f + i + lanes);
+    }
+    if (i < stride) even += weights_at(row + i) * load(f + i);
+    coefficients[j] = sum(even + odd);
+  }
+}
 }  // namespace
 
 NearestPoint nearest(const CloudTree& tree, const float query[3], NearestPoint bound) {
@@ -238,33 +256,12 @@ void nearest_16(const CloudTree& tree, const float* const queries[3], const std:
 }
 
 void project(const float* projection, std::size_t rows, std::size_t stride, const float* f, float* coefficients) {
-  for (std::size_t j = 0; j < rows; ++j) {
-    const float* weights = projection + j * stride;
-    Floats even{}, odd{};  // two sums: no addition waits for the previous one
-    std::size_t i = 0;
-    for (; i + 2 * lanes <= stride; i += 2 * lanes) {
-      even += load(weights + i) * load(f + i);
-      odd += load(weights + i + lanes) * load(f + i + lanes);
-    }
-    if (i < stride) even += load(weights + i) * load(f + i);
-    coefficients[j] = sum(even + odd);
-  }
+  project_rows(projection, rows, stride, f, coefficients);
 }
 
 void project_short(const std::uint16_t* projection, std::size_t rows, std::size_t stride, const float* f,
                    float* coefficients) {
-  const auto numbers = [](const std::uint16_t* from) { return to_floats(load_shorts(from) - (1 << 15)); };
-  for (std::size_t j = 0; j < rows; ++j) {
-    const std::uint16_t* weights = projection + j * stride;
-    Floats even{}, odd{};
-    std::size_t i = 0;
-    for (; i + 2 * lanes <= stride; i += 2 * lanes) {
-      even += numbers(weights + i) * load(f + i);
-      odd += numbers(weights + i + lanes) * load(f + i + lanes);
-    }
-    if (i < stride) even += numbers(weights + i) * load(f + i);
-    coefficients[j] = sum(even + odd);
-  }
+  project_rows(projection, rows, stride, f, coefficients);
 }
 
 float mode_distance(const float* const e[3], const float* sample, std::size_t stride, float bound) {
