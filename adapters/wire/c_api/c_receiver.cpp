@@ -21,8 +21,7 @@ lbea_wire_status without_result(lbea_wire_receiver& r, std::uint32_t timeout_ms)
   if (link == Link::admitted)
     return failed(LBEA_WIRE_TIMEOUT, "endpoint \"" + r.endpoint + "\": no result within " + std::to_string(timeout_ms) +
                                          " ms; check that frames are sent");
-  return failed(link == Link::refused ? LBEA_WIRE_REFUSED : LBEA_WIRE_UNAVAILABLE,
-                explain(link, r.endpoint, "--results"));
+  return not_connected(link, r.endpoint, "--results");
 }
 
 /// Whether the matcher has answered within `patience`. A result that comes first is kept.
@@ -53,11 +52,8 @@ lbea_wire_status lbea_wire_receiver_open(const char* endpoint, const lbea_wire_o
   return guarded([&] {
     const OpenOptions given = read_options(options, results_held);
     auto opened = std::make_unique<lbea_wire_receiver>(endpoint, given);
-    if (!wait_answer(*opened, given.patience)) {
-      const Link link = opened->results.link();
-      return failed(link == Link::refused ? LBEA_WIRE_REFUSED : LBEA_WIRE_UNAVAILABLE,
-                    explain(link, opened->endpoint, "--results"));
-    }
+    if (!wait_answer(*opened, given.patience))
+      return not_connected(opened->results.link(), opened->endpoint, "--results");
     opened->latest = opened->pending;
     *receiver = opened.release();
     return LBEA_WIRE_OK;

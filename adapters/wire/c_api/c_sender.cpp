@@ -67,11 +67,8 @@ lbea_wire_status lbea_wire_sender_open(const char* endpoint, const lbea_wire_opt
   return guarded([&] {
     const OpenOptions given = read_options(options, default_queued_messages);
     auto opened = std::make_unique<lbea_wire_sender>(endpoint, given);
-    if (!wait_admitted(opened->sink, given.patience)) {
-      const Link link = opened->sink.link();
-      return failed(link == Link::refused ? LBEA_WIRE_REFUSED : LBEA_WIRE_UNAVAILABLE,
-                    explain(link, opened->endpoint, "--frames"));
-    }
+    if (!wait_admitted(opened->sink, given.patience))
+      return not_connected(opened->sink.link(), opened->endpoint, "--frames");
     opened->sender.emplace(opened->sink, new_session());
     *sender = opened.release();
     return LBEA_WIRE_OK;

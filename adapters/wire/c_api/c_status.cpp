@@ -43,6 +43,10 @@ lbea_wire_status failed(lbea_wire_status status, std::string_view sentence) noex
   return status;
 }
 
+lbea_wire_status not_connected(Link link, const std::string& endpoint, const char* option) {
+  return failed(link == Link::refused ? LBEA_WIRE_REFUSED : LBEA_WIRE_UNAVAILABLE, explain(link, endpoint, option));
+}
+
 lbea_wire_status to_c(Status status) noexcept {
   if (status == Status::endpoint_unavailable) return LBEA_WIRE_UNAVAILABLE;
   const bool is_setting = status == Status::bad_config || status == Status::file_not_found;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapters/wire/access/keys.hpp"
+#include "adapters/wire/sockets/streams.hpp"
 #include "runtime/src/c_api/growing_structs.hpp"
 
 #include <lbea/wire.h>
@@ -19,6 +20,8 @@ inline lbea_wire_status bad_argument(std::string_view sentence) noexcept {
 }
 
 [[nodiscard]] lbea_wire_status to_c(Status status) noexcept;
+/// Of a connection that does not answer. option: of lbea-serve, with this endpoint.
+lbea_wire_status not_connected(Link link, const std::string& endpoint, const char* option);
 
 /// Calls `action` and turns an exception into a status: no exception may reach C.
 template <typename Action>
