@@ -30,8 +30,8 @@ std::string bounds_note(std::span<const TestChannel> channels) {
   const bool has_values = std::ranges::any_of(channels, [](const TestChannel& c) { return c.last.has_value(); });
   if (!has_values) return "<p>No frame has values to show.</p>\n";
   if (std::ranges::none_of(channels, &TestChannel::has_bounds))
-    return "<p>The values are those of each frame's best sample, and have no bounds: only method fit gives them. A "
-           "peak is the value of the largest magnitude.</p>\n";
+    return "<p>The values have no bounds: only method fit gives them, for the rig's pose in the model. A peak is the "
+           "value of the largest magnitude.</p>\n";
   return "<p>\u00b1: 90 % of the true values differ by less; without it, no bound is known. A peak is the value of the "
          "largest magnitude, with the bound of its frame.</p>\n";
 }
