@@ -73,12 +73,13 @@ ChannelBound learn_channel_bound(std::span<const float> values, std::span<const 
   if (compared.empty()) return {};
   const Means means = means_of(compared);
   if (!(means.spread > 0 && means.estimate_error > 0)) return {};
+  const double share = share_to_hold(frames);
   ChannelBound narrowest;
   double least = std::numeric_limits<double>::infinity();
   for (const double of_error : {0.0, 0.25, 0.5, 1.0, 2.0})
     for (const double constant : {0.0625, 0.25, 0.5, 1.0, 2.0}) {
       const ChannelBound form{1, of_error * means.spread / means.estimate_error, constant * means.spread};
-      const auto [bound, width] = scaled(form, compared, share_to_hold(frames));
+      const auto [bound, width] = scaled(form, compared, share);
       if (!(width < least) || !format::is_measured(bound.per_spread)) continue;
       least = width;
       narrowest = bound;

@@ -1,6 +1,7 @@
 #include "precompute/channels/plan_channels.hpp"
 
 #include "precompute/work/bake_plan.hpp"
+#include "runtime/src/channels/learned_channels.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,10 +24,9 @@ std::string rounded(double length) {
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
 
 void check_names(const std::vector<ChannelDescription>& channels) {
-  constexpr std::size_t most = 1024;
-  if (channels.size() > most)
+  if (channels.size() > most_channels)
     refuse_channel(std::to_string(channels.size()) + " channels are more than a model holds; give at most " +
-                   std::to_string(most));
+                   std::to_string(most_channels));
   std::set<std::string> names;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const std::string& name = channels[i].name;

@@ -16,6 +16,9 @@ namespace lbea {
 class SectionReader;
 struct ModelView;
 
+/// That a bake accepts.
+inline constexpr std::size_t most_channels = 1024;
+
 /// Section `channel_kinds`: one row per channel.
 struct ChannelRow {
   static constexpr std::size_t most_nodes = 4;

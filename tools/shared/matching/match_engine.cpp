@@ -1,12 +1,13 @@
 #include "tools/shared/matching/match_engine.hpp"
 
+#include "runtime/src/channels/learned_channels.hpp"
+
 #include <algorithm>
 
 namespace lbea::tool {
 namespace {
 
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
-constexpr std::size_t max_channels = 1024;                  // that a bake accepts
 constexpr std::size_t max_runs = 512, max_parameters = 64;  // of a forecast
 
 /// match() returns no other status.
@@ -117,7 +118,7 @@ wire::ModelSummary summarize(const Model& model, const std::string& file) {
 
 void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.matches.reserve(max_matches);
-  outcome.channels.reserve(max_channels);
+  outcome.channels.reserve(most_channels);
   outcome.result.fit.candidates.reserve(max_candidates);
   outcome.result.fit.ranks.reserve(max_candidates);
   outcome.result.fit.estimate.reserve(max_candidates);
