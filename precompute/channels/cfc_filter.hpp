@@ -11,9 +11,9 @@ namespace lbea::bake {
 inline constexpr std::size_t derivative_states = 5;
 
 /// The values (order 0) or first derivatives (order 1) at the times `at`, by the polynomial through the nearest state
-/// and two on either side: exact for motions up to the fourth power of time. Beside the ends there is one state on
-/// either side; at the ends, the derivative is that between the last two states. Polynomials that continue to an end
-/// are wrong where the motion begins with an impact. times: strictly ascending, at least five.
+/// and two on either side: exact for motions up to the fourth power of time. Next to an end it uses one state on either
+/// side. At an end the derivative is the slope between the last two states: a polynomial extrapolated to an end has the
+/// wrong sign where the motion begins with an impact. times: strictly ascending, at least five.
 [[nodiscard]] std::vector<double> derivative(std::span<const double> times, std::span<const double> values,
                                              std::span<const double> at, std::size_t order);
 

@@ -71,8 +71,8 @@ class ResultReceiver {
   /// The latest state of the matcher: model, method, senders. Null before the first one, which arrives within half a
   /// second.
   [[nodiscard]] const WireState* state() const noexcept { return state_ ? &*state_ : nullptr; }
-  /// Messages that were discarded because this receiver was too slow, but for what a restarted matcher sent before it
-  /// was connected to again.
+  /// Messages that were discarded because this receiver was too slow. Those that a restarted matcher sent before this
+  /// receiver reconnected are not counted.
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_ + lost_since_state_; }
   /// Whether the latest message was a state, not a result.
   [[nodiscard]] bool ends_with_state() const noexcept { return ends_with_state_; }

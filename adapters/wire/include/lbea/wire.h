@@ -200,8 +200,8 @@ typedef struct lbea_wire_account {
   uint64_t withheld;    /**< of the dropped: not sent */
   uint64_t unannounced; /**< rejected or dropped without a result */
   uint64_t unrecorded;  /**< frames and results missing from the matcher's recording */
-  uint64_t lost;        /**< messages of the matcher that this receiver was too slow for, but for what a restarted
-                             matcher sent before it was connected to again */
+  uint64_t lost;        /**< messages of the matcher that this receiver was too slow for; those that a restarted
+                             matcher sent before this receiver reconnected are not counted */
   uint64_t damaged;     /**< messages that this receiver could not read */
 } lbea_wire_account;
 
