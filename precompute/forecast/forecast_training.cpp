@@ -150,21 +150,38 @@ double squares_of(std::span<const double> errors) {
 
 /// The ridge with the least error of the tests.
 struct ChosenRidge {
-  double ridge = 0;
-  std::vector<double> errors;  // per test
+  double ridge = 0, total = std::numeric_limits<double>::infinity();
+  std::vector<double> errors{};  // per test
+
+  void consider(double tried, std::vector<double> its_errors, double its_total) {
+    if (errors.empty() || its_total < total) *this = {tried, its_total, std::move(its_errors)};
+  }
 };
-template <class ErrorsOf, class Total>
-ChosenRidge choose_ridge(std::span<const double> ridges, const ErrorsOf& errors_of, const Total& total) {
-  ChosenRidge best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const double tried : ridges) {
-    std::vector<double> errors = errors_of(tried);
-    const double sum = total(errors);
-    if (!best.errors.empty() && !(sum < least)) continue;
-    least = sum;
-    best = {tried, std::move(errors)};
+
+/// Per target, by the squared errors. truth: tests x targets; NaN: not known.
+std::vector<ChosenRidge> choose_ridges(const Ridge& regression, std::span<const double> ridges,
+                                       const MatrixXd& of_tests, const MatrixXd& truth, std::span<const Index> own) {
+  std::vector<ChosenRidge> best(static_cast<std::size_t>(truth.cols()));
+  for (const double ridge : ridges) {
+    const MatrixXd errors = regression.left_out(ridge, of_tests, own) - truth;
+    for (Index target = 0; target < truth.cols(); ++target) {
+      const auto of_target = errors.col(target);
+      std::vector<double> values(of_target.begin(), of_target.end());
+      const double total = squares_of(values);
+      best[static_cast<std::size_t>(target)].consider(ridge, std::move(values), total);
+    }
   }
   return best;
+}
+
+/// Two per channel: its values at a node, 0 being the impact, and at the end.
+MatrixXd channel_targets(std::span<const MatrixXd> channels, Index rows, Index node) {
+  MatrixXd targets(rows, 2 * std::ssize(channels));
+  for (Index c = 0; c < std::ssize(channels); ++c) {
+    targets.col(2 * c) = channels[static_cast<std::size_t>(c)].col(node);
+    targets.col(2 * c + 1) = channels[static_cast<std::size_t>(c)].rightCols(1);
+  }
+  return targets;
 }
 
 class WindowTraining {
@@ -181,7 +198,10 @@ class WindowTraining {
         scales_(scales.segment(first_, features_)),
         components_(components_of(scaled(histories.shapes))),
         ridges_(row == 0 ? std::vector<double>{1} : ridges_for(components_.variances)),
-        finals_(components_, histories.finals) {}
+        finals_(components_, histories.finals),
+        parameters_(components_, histories.parameters),
+        channel_values_(targets_of(histories.channels, histories.shapes.rows())),
+        channels_(components_, channel_values_) {}
 
   void train() {
     if (row_ > 0) write_window();
@@ -190,13 +210,17 @@ class WindowTraining {
       const Histories::Tests& tests = histories_.tests[histories_.tests[kind].shapes.rows() > 0 ? kind : 0];
       const MatrixXd of_tests = scaled(tests.shapes) * components_.rows.transpose();
       train_finals(kind, tests, of_tests);
-      for (Index p = 0; p < histories_.parameters.cols(); ++p) train_parameter(kind, p, tests, of_tests);
+      train_parameters(kind, tests, of_tests);
+      train_channels(kind, tests, of_tests);
     }
   }
 
  private:
   [[nodiscard]] MatrixXd scaled(const MatrixXd& shapes) const {
     return shapes.middleCols(first_, features_) * scales_.asDiagonal();
+  }
+  [[nodiscard]] MatrixXd targets_of(std::span<const MatrixXd> channels, Index rows) const {
+    return channel_targets(channels, rows, row_ == 0 ? 0 : static_cast<Index>(window_.last));
   }
   [[nodiscard]] Index kept() const { return std::min<Index>(components_.variances.size(), most_components); }
   [[nodiscard]] double& number(std::size_t kind, Index i) {
@@ -206,10 +230,8 @@ class WindowTraining {
 
   void write_window() {
     const std::size_t most = LearnedForecast::most_components, window = window_.number();
-    const auto runs = static_cast<std::size_t>(components_.runs.rows()),
-               parameters = static_cast<std::size_t>(histories_.parameters.cols());
+    const auto runs = static_cast<std::size_t>(components_.runs.rows());
     float* rows = &trained_.components[window_.sizes_before() * most * LearnedForecast::shape_scores];
-    const Ridge of_parameters(components_, histories_.parameters);
     for (Index c = 0; c < kept(); ++c) {
       const auto at = static_cast<std::size_t>(c);
       trained_.variances[window * most + at] = static_cast<float>(components_.variances(c));
@@ -217,38 +239,51 @@ class WindowTraining {
       for (std::size_t run = 0; run < runs; ++run)
         trained_.runs[(window * runs + run) * most + at] =
             static_cast<float>(components_.runs(static_cast<Index>(run), c));
-      for (std::size_t p = 0; p < parameters; ++p)
-        trained_.parameters[(window * parameters + p) * most + at] =
-            static_cast<float>(of_parameters.products()(c, static_cast<Index>(p)));
+    }
+    write_products(parameters_.products(), trained_.parameters);
+    write_products(channels_.products(), trained_.channel_products);
+  }
+  /// products: components x targets. into: windows x targets x most_components.
+  void write_products(const MatrixXd& products, std::vector<float>& into) const {
+    for (Index target = 0; target < products.cols(); ++target) {
+      const auto row = window_.number() * static_cast<std::size_t>(products.cols()) + static_cast<std::size_t>(target);
+      for (Index c = 0; c < kept(); ++c)
+        into[row * LearnedForecast::most_components + static_cast<std::size_t>(c)] =
+            static_cast<float>(products(c, target));
     }
   }
 
   /// The final shape is a weighted mean of the runs': the weights do not depend on the quantity.
   void train_finals(std::size_t kind, const Histories::Tests& tests, const MatrixXd& of_tests) {
-    const ChosenRidge best = choose_ridge(
-        ridges_,
-        [&](double ridge) {
-          return mean_distances(finals_.left_out(ridge, of_tests, tests.trained_rows), tests.finals);
-        },
-        sum_of);
+    ChosenRidge best;
+    for (const double ridge : ridges_) {
+      std::vector<double> errors = mean_distances(finals_.left_out(ridge, of_tests, tests.trained_rows), tests.finals);
+      const double total = sum_of(errors);
+      best.consider(ridge, std::move(errors), total);
+    }
     number(kind, 0) = bound_of(best.errors, tests.runs);
     number(kind, 1) = best.ridge;
   }
 
-  void train_parameter(std::size_t kind, Index p, const Histories::Tests& tests, const MatrixXd& of_tests) {
-    const MatrixXd targets = histories_.parameters.col(p);
-    const Ridge regression(components_, targets);
-    const VectorXd truth = tests.parameters.col(p);
-    const ChosenRidge best = choose_ridge(
-        ridges_,
-        [&](double ridge) {
-          const VectorXd errors = regression.left_out(ridge, of_tests, tests.trained_rows).col(0) - truth;
-          return std::vector<double>(errors.begin(), errors.end());
-        },
-        squares_of);
-    number(kind, 2 + 3 * p) = row_ > 0 ? std::max(explained_share(best.errors, truth), 0.0) : 0;
-    number(kind, 3 + 3 * p) = bound_of(best.errors, tests.runs);
-    number(kind, 4 + 3 * p) = best.ridge;
+  void train_parameters(std::size_t kind, const Histories::Tests& tests, const MatrixXd& of_tests) {
+    const auto chosen = choose_ridges(parameters_, ridges_, of_tests, tests.parameters, tests.trained_rows);
+    for (Index p = 0; p < tests.parameters.cols(); ++p) {
+      const ChosenRidge& best = chosen[static_cast<std::size_t>(p)];
+      number(kind, 2 + 3 * p) = row_ > 0 ? std::max(explained_share(best.errors, tests.parameters.col(p)), 0.0) : 0;
+      number(kind, 3 + 3 * p) = bound_of(best.errors, tests.runs);
+      number(kind, 4 + 3 * p) = best.ridge;
+    }
+  }
+
+  void train_channels(std::size_t kind, const Histories::Tests& tests, const MatrixXd& of_tests) {
+    const MatrixXd truth = targets_of(tests.channels, tests.shapes.rows());
+    const auto chosen = choose_ridges(channels_, ridges_, of_tests, truth, tests.trained_rows);
+    const std::size_t row = kind * (1 + ForecastWindow::count) + row_;
+    for (std::size_t target = 0; target < chosen.size(); ++target) {
+      double* numbers = &trained_.channel_numbers[2 * (row * chosen.size() + target)];
+      numbers[0] = bound_of(chosen[target].errors, tests.runs);
+      numbers[1] = chosen[target].ridge;
+    }
   }
 
   const Histories& histories_;
@@ -259,12 +294,14 @@ class WindowTraining {
   RowVectorXd scales_;
   Components components_;
   std::vector<double> ridges_;
-  Ridge finals_;
+  Ridge finals_, parameters_;
+  MatrixXd channel_values_;  // of the runs
+  Ridge channels_;
 };
 
 }  // namespace
 
-TrainedForecast::TrainedForecast(std::size_t run_count, std::size_t parameter_count)
+TrainedForecast::TrainedForecast(std::size_t run_count, std::size_t parameter_count, std::size_t channel_count)
     : numbers(
           LearnedForecast::kinds * (1 + ForecastWindow::count) * LearnedForecast::numbers_per_window(parameter_count),
           0.0),
@@ -272,11 +309,17 @@ TrainedForecast::TrainedForecast(std::size_t run_count, std::size_t parameter_co
       components(LearnedForecast::all_sizes * LearnedForecast::most_components * LearnedForecast::shape_scores, 0.0f),
       variances(ForecastWindow::count * LearnedForecast::most_components, 0.0f),
       runs(ForecastWindow::count * run_count * LearnedForecast::most_components, 0.0f),
-      parameters(ForecastWindow::count * parameter_count * LearnedForecast::most_components, 0.0f) {}
+      parameters(ForecastWindow::count * parameter_count * LearnedForecast::most_components, 0.0f),
+      channel_numbers(
+          LearnedForecast::kinds * (1 + ForecastWindow::count) * LearnedForecast::numbers_per_channel * channel_count,
+          0.0),
+      channel_products(ForecastWindow::count * LearnedForecast::values_per_channel * channel_count *
+                           LearnedForecast::most_components,
+                       0.0f) {}
 
 TrainedForecast learn_forecast(const Histories& histories, unsigned threads) {
   TrainedForecast trained(static_cast<std::size_t>(histories.shapes.rows()),
-                          static_cast<std::size_t>(histories.parameters.cols()));
+                          static_cast<std::size_t>(histories.parameters.cols()), histories.channels.size());
   if (histories.shapes.rows() < fewest_runs || histories.tests.front().shapes.rows() == 0) return trained;
   for (Index i = 0; i < histories.means.size(); ++i)
     trained.means[static_cast<std::size_t>(i)] =
@@ -296,7 +339,8 @@ TrainedForecast learn_forecast(const SampleSource& source, const LearnedFit& fit
                                unsigned threads) {
   if (fit.tests.empty())
     return TrainedForecast(LearnedForecast::trained_runs(static_cast<std::uint32_t>(parameters.rows())),
-                           static_cast<std::size_t>(parameters.cols()));
+                           static_cast<std::size_t>(parameters.cols()),
+                           source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
   return learn_forecast(read_histories(source, fit, parameters), threads);
 }
 

@@ -1,5 +1,5 @@
-// What the bake learns about how tests end: ridge regressions from the shapes of a test so far to the final shape and
-// the parameters of the run, and how wrong they are for runs that are left out.
+// What the bake learns about how tests end: ridge regressions from the shapes of a test so far to the final shape, the
+// parameters and the channels of the run, and how wrong they are for runs that are left out.
 #pragma once
 
 #include "precompute/forecast/histories.hpp"
@@ -12,9 +12,11 @@ namespace lbea::bake {
 struct TrainedForecast {
   std::vector<double> numbers;
   std::vector<float> means, components, variances, runs, parameters;
+  std::vector<double> channel_numbers;
+  std::vector<float> channel_products;
 
   /// Zeros, for an ensemble that allows no training. runs: trained ones.
-  TrainedForecast(std::size_t runs, std::size_t parameters);
+  TrainedForecast(std::size_t runs, std::size_t parameters, std::size_t channels);
 };
 
 /// Zeros without tests, or with fewer than four runs. The same on any number of threads.

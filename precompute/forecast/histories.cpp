@@ -57,6 +57,19 @@ class HistoryReader {
     return Eigen::Map<const Eigen::RowVectorXf>(some.data(), std::ssize(some)).cast<double>();
   }
 
+  [[nodiscard]] std::size_t channels() const { return source_.channels.size() / source_.samples.size(); }
+  /// At the impact and at the nodes.
+  [[nodiscard]] RowVectorXd channel_values(std::size_t channel, std::size_t run) const {
+    const auto values = std::span(source_.channels).subspan(channel * source_.samples.size(), source_.samples.size());
+    RowVectorXd row(1 + Histories::nodes);
+    for (Index node = 0; node <= Histories::nodes; ++node) {
+      const auto [before, share] = runs_[run].place_of(source_.times, times_.at(static_cast<double>(node)));
+      row(node) = double{values[before]};
+      if (share > 0) row(node) += share * (double{values[before + 1]} - double{values[before]});
+    }
+    return row;
+  }
+
   void read_means(Histories& histories) const {
     histories.means = MatrixXd::Zero(1 + Histories::nodes * per_node, Histories::scores);
     for (Index i = 0; i < histories.means.rows(); ++i) {
@@ -70,6 +83,7 @@ class HistoryReader {
     const Index count = std::ssize(trained_);
     histories.shapes.resize(count, Histories::nodes * Histories::scores);
     histories.parameters.resize(count, parameters.cols());
+    histories.channels.assign(channels(), MatrixXd(count, 1 + Histories::nodes));
     for (Index i = 0; i < count; ++i) {
       const std::size_t run = trained_[static_cast<std::size_t>(i)];
       histories.shapes.row(i) = deviations(histories.means, run);
@@ -77,6 +91,7 @@ class HistoryReader {
       histories.finals.conservativeResize(count, last.size());
       histories.finals.row(i) = last;
       histories.parameters.row(i) = parameters.row(static_cast<Index>(run));
+      for (std::size_t c = 0; c < channels(); ++c) histories.channels[c].row(i) = channel_values(c, run);
     }
     for (auto column : histories.parameters.colwise()) {
       double sum = 0, given = 0;
@@ -96,6 +111,7 @@ class HistoryReader {
     tests.shapes.resize(count, Histories::nodes * Histories::scores);
     tests.finals.resize(count, histories.finals.cols());
     tests.parameters.resize(count, parameters.cols());
+    tests.channels.assign(channels(), MatrixXd(count, 1 + Histories::nodes));
     for (Index i = 0; i < runs; ++i) {
       const auto of_run = estimates.subspan(static_cast<std::size_t>(i * Histories::nodes), Histories::nodes);
       const std::size_t run = source_.samples[of_run.front().sample].simulation;
@@ -106,6 +122,7 @@ class HistoryReader {
         tests.errors.row(row) = tests.shapes.row(row) - truth;
         tests.finals.row(row) = last;
         tests.parameters.row(row) = parameters.row(static_cast<Index>(run));
+        for (std::size_t c = 0; c < channels(); ++c) tests.channels[c].row(row) = channel_values(c, run);
         tests.trained_rows.push_back(own == trained_.end() ? Histories::none : own - trained_.begin());
       }
     }

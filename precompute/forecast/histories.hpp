@@ -16,6 +16,8 @@ struct Histories {
   Eigen::MatrixXd shapes;      // trained runs: deviations from the means
   Eigen::MatrixXd finals;      // trained runs: final positions of some nodes
   Eigen::MatrixXd parameters;  // trained runs; the mean where not given
+  /// One per channel, trained runs: its values at the impact and at the nodes.
+  std::vector<Eigen::MatrixXd> channels;
 
   /// Left-out tests, each with two errors of the clock.
   struct Tests {
@@ -23,6 +25,7 @@ struct Histories {
     Eigen::MatrixXd errors;      // of these
     Eigen::MatrixXd finals;      // true ones
     Eigen::MatrixXd parameters;  // NaN: not given
+    std::vector<Eigen::MatrixXd> channels;
     std::size_t runs = 0;
     std::vector<Eigen::Index> trained_rows;  // per test: its own row of the trained runs; none: not trained
   };

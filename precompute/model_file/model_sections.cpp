@@ -141,7 +141,7 @@ SmallSections small_sections(const format::Info& info, const BakePlan& plan,
   return sections;
 }
 
-void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info) {
+void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info, std::uint64_t channels) {
   constexpr std::uint64_t windows = ForecastWindow::count, most = LearnedForecast::most_components,
                           scores = LearnedForecast::shape_scores;
   const std::uint64_t runs = LearnedForecast::trained_runs(info.simulations), p = info.parameters;
@@ -157,6 +157,15 @@ void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info) 
   plan.push_back({SectionId::window_variances, 0, ElementType::f32, {windows, most}});
   plan.push_back({SectionId::window_runs, 0, ElementType::f32, {windows, runs, most}});
   plan.push_back({SectionId::window_parameters, 0, ElementType::f32, {windows, p, most}});
+  if (channels == 0) return;
+  plan.push_back({SectionId::channel_numbers,
+                  0,
+                  ElementType::f64,
+                  {LearnedForecast::kinds, 1 + windows, channels * LearnedForecast::numbers_per_channel}});
+  plan.push_back({SectionId::channel_products,
+                  0,
+                  ElementType::f32,
+                  {windows, channels * LearnedForecast::values_per_channel, most}});
 }
 
 /// Sections written sample by sample, and those known at the end.
@@ -198,7 +207,7 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::pose_spreads, 0, ElementType::f64, {PoseSpreads::times, 6, 6}});
   if (channels > 0)
     plan.push_back({SectionId::channel_bounds, 0, ElementType::f64, {channels, LearnedChannels::kinds, 3}});
-  plan_forecast(plan, info);
+  plan_forecast(plan, info, channels);
 }
 
 }  // namespace
@@ -275,6 +284,9 @@ void write_forecast(ModelWriter& writer, const TrainedForecast& forecast) {
   writer.write<float>(SectionId::window_variances, 0, 0, forecast.variances);
   writer.write<float>(SectionId::window_runs, 0, 0, forecast.runs);
   writer.write<float>(SectionId::window_parameters, 0, 0, forecast.parameters);
+  if (forecast.channel_numbers.empty()) return;
+  writer.write<double>(SectionId::channel_numbers, 0, 0, forecast.channel_numbers);
+  writer.write<float>(SectionId::channel_products, 0, 0, forecast.channel_products);
 }
 
 using format::ElementType;

@@ -115,7 +115,7 @@ struct ModelPlan {
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
 /// Section 0x8023.
 void write_channel_bounds(ModelWriter& writer, const LearnedFit& learned);
-/// Sections 0x8018 to 0x801D.
+/// Sections 0x8018 to 0x801D; with channels also 0x8024 and 0x8025.
 void write_forecast(ModelWriter& writer, const TrainedForecast& forecast);
 
 }  // namespace lbea::bake

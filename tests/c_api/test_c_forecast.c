@@ -35,6 +35,7 @@ static void the_prior_is_the_mean_of_all_runs(lbea_forecast* forecast, const lbe
   for (uint32_t run = 0; run < prior.run_count; ++run)
     CHECK(fabsf(prior.run_weights[run] - 1.0f / (float)info->simulations) < 1e-6f);
   for (uint32_t p = 0; p < prior.parameter_count; ++p) CHECK(prior.parameters[p].is_identifiable == 0);
+  CHECK(prior.channel_count == 0); /* the demo has none */
 }
 
 static void positions_follow_from_the_weights(const lbea_model* model, lbea_forecast* forecast,

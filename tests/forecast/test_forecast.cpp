@@ -5,6 +5,7 @@
 #include "tests/runtime/seen_plates.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 
+#include <lbea/lbea.h>
 #include <lbea/forecast.hpp>
 #include <lbea/test_history.hpp>
 
@@ -23,13 +24,20 @@ namespace {
 constexpr std::uint32_t runs = 12, steps = 11;
 
 /// Plates that bend to 0.5, 0.6, ... radians in 5 ms; the second parameter has no effect.
-AlignedBytes plates() {
-  const TemporaryFolder folder;
+void bake_plates(const std::filesystem::path& file) {
   Ensemble ensemble = similar_plates(runs, steps);
   ensemble.parameter_names = {"angle [rad]", "paint [-]"};
   for (std::uint32_t run = 0; run < runs; ++run)
     ensemble.runs[run].parameters = {0.5 + 0.1 * run, 7.0 * (run * 5 % 12)};
-  bake_model(ensemble, bent_plates_description(), folder / "plates.lbea", with_views());
+  EnsembleDescription description = bent_plates_description();
+  description.channels = {{"end", ChannelKind::displacement, ChannelComponent::z, 0, {{true, 1020, {}}}, {}},
+                          {"speed", ChannelKind::velocity, ChannelComponent::z, 150, {{true, 1020, {}}}, {}}};
+  bake_model(ensemble, description, file, with_views());
+}
+
+AlignedBytes plates() {
+  const TemporaryFolder folder;
+  bake_plates(folder / "plates.lbea");
   return AlignedBytes(folder / "plates.lbea");
 }
 
@@ -88,6 +96,61 @@ TEST_CASE("a run that the ensemble lacks is foretold from half of it") {
   CHECK(std::abs(double{now.parameters[0].value} - angle) <= double{now.parameters[0].bound_90});
   CHECK(double{now.parameters[0].bound_90} < 0.3);  // the runs' angles are within 1.1
   CHECK_FALSE(now.parameters[1].is_identifiable());
+}
+
+// A frame alone shows the speed of runs with its shape: the slow ones are later.
+TEST_CASE("the speed of a test follows from how fast its shape changes") {
+  // Twice the angle in the same time: half the way through, the shape of a slow run's end.
+  constexpr std::uint32_t slow = 0, fast = 10;  // 0.5 and 1.5 rad
+  Forecast forecast(model());
+  CHECK(std::isnan(forecast.state().channels[1].value));
+  for (std::uint32_t step = 0; step <= 6; ++step) forecast.update(Seen(fast, step).result);
+  const auto value = [](std::uint32_t channel, std::uint32_t run, std::uint32_t step) {
+    return double{model().channel_value(channel, model().sample_index({run, step}))};
+  };
+  const double truth = value(1, fast, 6), range = std::abs(truth - value(1, slow, 6));
+  REQUIRE(range > 0);
+  const TestForecast& now = forecast.state();
+  REQUIRE(now.channels.size() == 2);
+  CHECK(std::abs(double{now.channels[1].value} - truth) < 0.15 * range);
+  CHECK(std::abs(double{now.channels[1].value} - truth) <= double{now.channels[1].bound_90});
+  CHECK(std::abs(double{now.channels[0].final_value} - value(0, fast, steps - 1)) <=
+        double{now.channels[0].final_bound_90});
+
+  std::array<ChannelValue, 2> channels{{{1, 2}, {3, 4}}};
+  replace_rates(model(), now, Seen(fast, 6).result.fit, channels);
+  CHECK(channels[0].value == 1);  // no rate
+  CHECK(channels[1].value == now.channels[1].value);
+  CHECK(channels[1].bound_90 == now.channels[1].bound_90);
+  channels = {{{1, 2}, {3, std::nanf("")}}};
+  replace_rates(model(), now, Seen(fast, 6).result.fit, channels);
+  CHECK(std::isnan(channels[1].bound_90));  // of a frame that no simulation explains
+  channels = {{{1, 2}, {3, 4}}};
+  replace_rates(model(), now, Seen(fast, 7).result.fit, channels);
+  CHECK(channels[1].value == 3);  // the forecast lacks the frame
+}
+
+TEST_CASE("C programs get the channels of a forecast") {
+  const TemporaryFolder folder;
+  bake_plates(folder / "plates.lbea");
+  lbea_model* opened = nullptr;
+  lbea_forecast* forecast = nullptr;
+  REQUIRE(lbea_model_open((folder / "plates.lbea").c_str(), &opened) == LBEA_OK);
+  REQUIRE(lbea_forecast_create(opened, &forecast) == LBEA_OK);
+  lbea_forecast_state state{};
+  state.struct_size = sizeof(state);
+  CHECK(lbea_forecast_update(forecast, nullptr, &state) == LBEA_OK);
+  const Forecast same(model());
+  REQUIRE(state.channel_count == 2);
+  for (std::uint32_t c = 0; c < 2; ++c) {
+    CHECK(std::isnan(state.channels[c].value));
+    CHECK(std::isnan(state.channels[c].bound_90));
+    CHECK(state.channels[c].final_value == same.state().channels[c].final_value);
+    CHECK(state.channels[c].final_bound_90 == same.state().channels[c].final_bound_90);
+    CHECK(state.channels[c].final_bound_90 > 0);
+  }
+  lbea_forecast_destroy(forecast);
+  lbea_model_close(opened);
 }
 
 TEST_CASE("weights and probabilities add up to 1, before and after any frame") {

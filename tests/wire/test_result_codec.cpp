@@ -40,7 +40,7 @@ WireResult some_result() {
   result.fit.estimate = {{{1, 2}, 0.25f}, {{3, 4}, 0.75f}};
   result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}, 1.25f, WireVerdict::ambiguous};
   result.forecast = {7, 2.5f, {{0, 1.25f}, {3, -0.25f}}, {0.25f, 0.75f}, {{8.5f, 0.5f, 0.875f}, {-1, 2, 0}}};
-  result.channels = {{{12.5f, 0.5f}, "free end x", "mm"}, {{-3, std::nanf("")}, "", ""}};
+  result.channels = {{{12.5f, 0.5f}, "free end x", "mm", {125, 4}}, {{-3, std::nanf("")}, "", ""}};
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
   for (std::size_t i = 0; i < wire_status_count; ++i) result.counters.by_status[i] = 100 + i;
@@ -103,7 +103,8 @@ void check_equal(const WireResult& a, const WireResult& b) {
                              return p.value == q.value && p.bound_90 == q.bound_90 && p.r2 == q.r2;
                            }));
   CHECK(std::ranges::equal(a.channels, b.channels, [](const WireChannel& p, const WireChannel& q) {
-    return have_equal_bits<ChannelValue>(p, q) && p.name == q.name && p.unit == q.unit;
+    return have_equal_bits<ChannelValue>(p, q) && have_equal_bits<ChannelValue>(p.end, q.end) && p.name == q.name &&
+           p.unit == q.unit;
   }));
   REQUIRE(a.matches.size() == b.matches.size());
   for (std::size_t i = 0; i < a.matches.size(); ++i) {

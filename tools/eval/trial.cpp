@@ -130,7 +130,7 @@ class Test {
     score_tracked(row, tracker.update(by_fit));
     if (judge_) judge_->add(by_fit, row.time_s);
     if (channel_judge_) {
-      row.channels = channel_judge_->scores(by_fit, step);
+      row.channels = channel_judge_->scores(by_fit, judge_ ? &judge_->state() : nullptr, step);
       row.channels_ns = channel_judge_->evaluation_ns(by_fit);
     }
     if (setup_.icp) score_icp(row, points);

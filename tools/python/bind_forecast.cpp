@@ -39,6 +39,14 @@ py::dict parameter_forecasts(const PyForecast& self) {
   return found;
 }
 
+py::dict channel_forecasts(const PyForecast& self) {
+  py::dict found;
+  const auto channels = self.forecast.state().channels;
+  for (std::uint32_t c = 0; c < channels.size(); ++c)
+    found[py::str(std::string(self.model.channel(c).name))] = channels[c];
+  return found;
+}
+
 py::array forecast_positions(const PyForecast& self) {
   const std::vector<float> positions = final_positions(self.model, self.forecast.state());
   return py::array_t<float>(std::vector<py::ssize_t>{static_cast<py::ssize_t>(self.model.nodes()), 3},
@@ -68,10 +76,23 @@ void bind_parameter(py::module_& module) {
                              "whether the shape tells the parameter");
 }
 
+void bind_channel(py::module_& module) {
+  py::class_<ChannelForecast>(
+      module, "ChannelForecast",
+      "A quantity of interest by all frames so far. They also show how fast the shape changes,\n"
+      "which a single frame does not: use it for velocities and accelerations.")
+      .def_readonly("value", &ChannelForecast::value, "at test_time_s; NaN before the first frame with evidence")
+      .def_readonly("bound_90", &ChannelForecast::bound_90,
+                    "90 % of the runs that are not in the ensemble differ by less")
+      .def_readonly("final_value", &ChannelForecast::final_value, "at the end of the simulations")
+      .def_readonly("final_bound_90", &ChannelForecast::final_bound_90, "the same bound of it");
+}
+
 }  // namespace
 
 void bind_forecast(py::module_& module) {
   bind_parameter(module);
+  bind_channel(module);
   py::class_<PyForecast> type(module, "Forecast",
                               "How a test will end, by its frames so far. Create one per test and give it each result\n"
                               "of Matcher.match by method fit with a TestHistory.");
@@ -109,6 +130,9 @@ void bind_forecast(py::module_& module) {
     return std::vector<float>(branches.begin(), branches.end());
   });
   add_property(type, "parameters", "dict of ParameterForecast by name; copies", &parameter_forecasts);
+  add_property(type, "channels",
+               "dict of ChannelForecast by name, empty for models baked before they were learned; copies",
+               &channel_forecasts);
 }
 
 }  // namespace lbea::tool

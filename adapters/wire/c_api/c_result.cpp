@@ -105,7 +105,7 @@ lbea_wire_result lbea_wire_receiver::to_c(const WireResult& from) {
     return lbea_wire_share{s.sample.simulation, s.sample.time_step, s.weight};
   });
   list(from.channels, channels, to.channels, to.channel_count, [](const WireChannel& c) {
-    return lbea_wire_channel{c.name.c_str(), c.unit.c_str(), c.value, c.bound_90};
+    return lbea_wire_channel{c.name.c_str(), c.unit.c_str(), c.value, c.bound_90, c.end.value, c.end.bound_90};
   });
   chances.clear();
   for (const SimulationChance& c : from.test.simulations) chances.push_back({c.simulation, c.probability});

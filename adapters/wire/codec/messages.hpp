@@ -193,6 +193,7 @@ struct WireForecast {
 
 struct WireChannel : ChannelValue {
   std::string name, unit;
+  ChannelValue end{};  // forecast
 };
 
 struct WireResult : FrameNumbers {

@@ -171,7 +171,8 @@ Offset<flatbuffers::Vector<Offset<schema::Channel>>> build(FlatBufferBuilder& bu
   std::vector<Offset<schema::Channel>> built;
   for (const WireChannel& channel : channels) {
     const auto name = builder.CreateString(channel.name), unit = builder.CreateString(channel.unit);
-    built.push_back(schema::CreateChannel(builder, name, unit, channel.value, channel.bound_90));
+    built.push_back(schema::CreateChannel(builder, name, unit, channel.value, channel.bound_90, channel.end.value,
+                                          channel.end.bound_90));
   }
   return builder.CreateVector(built);
 }
@@ -179,7 +180,9 @@ Offset<flatbuffers::Vector<Offset<schema::Channel>>> build(FlatBufferBuilder& bu
 std::vector<WireChannel> read(const flatbuffers::Vector<Offset<schema::Channel>>* from) {
   std::vector<WireChannel> channels;
   if (from == nullptr) return channels;
-  for (const auto* c : *from) channels.push_back({{c->value(), c->bound_90()}, text(c->name()), text(c->unit())});
+  for (const auto* c : *from)
+    channels.push_back(
+        {{c->value(), c->bound_90()}, text(c->name()), text(c->unit()), {c->end_value(), c->end_bound_90()}});
   return channels;
 }
 

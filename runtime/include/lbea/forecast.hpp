@@ -24,6 +24,15 @@ struct ParameterForecast {
   [[nodiscard]] bool is_identifiable() const noexcept { return r2 >= least_identifiable; }
 };
 
+/// A channel by all frames so far, in its unit. They also show how fast the shape changes, which a single frame does
+/// not: velocities are wrong by a third of the error of MatchResult::channels.
+struct ChannelForecast {
+  float value = 0;           // at TestForecast::test_time_s; NaN before the first frame with evidence
+  float bound_90 = 0;        // 90 % of the runs that are not in the ensemble differ by less; NaN with the value
+  float final_value = 0;     // at the end of the simulations
+  float final_bound_90 = 0;  // the same bound of it
+};
+
 /// Spans are valid until the next update() or reset().
 struct TestForecast {
   std::uint64_t frames = 0;  // with evidence; without any, what all runs have in common
@@ -35,6 +44,7 @@ struct TestForecast {
       0;  // the final shape's mean distance from the truth is below this in 90 % of such tests; length unit
   std::span<const float> branch_probabilities{};    // branches()
   std::span<const ParameterForecast> parameters{};  // parameters()
+  std::span<const ChannelForecast> channels{};      // Model::channels(); none of models baked before they were learned
 };
 
 /// One per test. update() does not allocate, lock or throw.
@@ -59,6 +69,12 @@ class LBEA_API Forecast {
   struct LBEA_HIDDEN State;
   std::unique_ptr<State> state_;
 };
+
+/// Replaces the velocities and accelerations that a frame alone shows by those of its test. forecast: after update()
+/// with the frame; without evidence in it, nothing changes, and values that have no bound get none. channels: a copy of
+/// MatchResult::channels. Real-time safe.
+LBEA_API void replace_rates(const Model& model, const TestForecast& forecast, const FitNumbers& frame,
+                            std::span<ChannelValue> channels) noexcept;
 
 /// The forecast's final node positions, nodes() x 3. Allocates.
 [[nodiscard]] LBEA_API std::vector<float> final_positions(const Model& model, const TestForecast& forecast);

@@ -177,6 +177,14 @@ typedef struct lbea_parameter_forecast {
   int32_t is_identifiable; /**< 1: the shape tells the parameter; else 0 */
 } lbea_parameter_forecast;
 
+/** A channel by all frames so far, in its unit. They also show how fast the shape changes, which a single frame does
+    not: use it for velocities and accelerations. */
+typedef struct lbea_channel_forecast {
+  float value, bound_90;             /**< at test_time_s, and what 90 % of the runs that are not in the ensemble differ
+                                          by less than; NaN before the first frame with evidence */
+  float final_value, final_bound_90; /**< the same at the end of the simulations */
+} lbea_channel_forecast;
+
 /** Pointers are valid until the next update or reset. */
 typedef struct lbea_forecast_state {
   uint32_t struct_size;
@@ -188,6 +196,8 @@ typedef struct lbea_forecast_state {
   const float* branch_probabilities;         /**< branch_count */
   const lbea_parameter_forecast* parameters; /**< parameter_count */
   uint32_t run_count, branch_count, parameter_count;
+  uint32_t channel_count;                /**< 0 for models baked before they were learned */
+  const lbea_channel_forecast* channels; /**< in the order of the model */
 } lbea_forecast_state;
 
 /** Sizes of a model. */

@@ -4,10 +4,12 @@
 #include <lbea/forecast.hpp>
 
 struct lbea_forecast {
-  explicit lbea_forecast(const lbea::Model& of) : model(of), forecast(of), parameters(of.parameters()) {}
+  explicit lbea_forecast(const lbea::Model& of)
+      : model(of), forecast(of), parameters(of.parameters()), channels(forecast.state().channels.size()) {}
   lbea::Model model;
   lbea::Forecast forecast;
   std::vector<lbea_parameter_forecast> parameters;
+  std::vector<lbea_channel_forecast> channels;
 };
 
 namespace lbea {
@@ -21,6 +23,9 @@ lbea_forecast_state state_of(lbea_forecast& of) noexcept {
   std::ranges::transform(now.parameters, of.parameters.begin(), [](const ParameterForecast& from) {
     return lbea_parameter_forecast{from.value, from.bound_90, from.r2, from.is_identifiable() ? 1 : 0};
   });
+  std::ranges::transform(now.channels, of.channels.begin(), [](const ChannelForecast& from) {
+    return lbea_channel_forecast{from.value, from.bound_90, from.final_value, from.final_bound_90};
+  });
   return {0,
           now.error_90,
           now.frames,
@@ -30,7 +35,9 @@ lbea_forecast_state state_of(lbea_forecast& of) noexcept {
           of.parameters.data(),
           static_cast<std::uint32_t>(now.run_weights.size()),
           static_cast<std::uint32_t>(now.branch_probabilities.size()),
-          static_cast<std::uint32_t>(of.parameters.size())};
+          static_cast<std::uint32_t>(of.parameters.size()),
+          static_cast<std::uint32_t>(of.channels.size()),
+          of.channels.data()};
 }
 }  // namespace
 }  // namespace lbea

@@ -1,6 +1,6 @@
 #include <lbea/forecast.hpp>
 
-#include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/forecast/channel_forecaster.hpp"
 #include "runtime/src/model/model_view.hpp"
 
 #include <algorithm>
@@ -54,7 +54,8 @@ struct Forecast::State {
   [[nodiscard]] std::size_t first_seen() const noexcept;
   void fill_history(std::size_t first) noexcept;
   void add_window(ForecastWindow window, float share) noexcept;
-  const double* add_numbers(std::size_t row, float share) noexcept;
+  [[nodiscard]] std::size_t row_of(std::size_t row) const noexcept;
+  void add_bounds(std::size_t row, float share) noexcept;
   void divide(double ridge, const float* variances) noexcept;
   void sum_branches() noexcept;
 
@@ -73,6 +74,7 @@ struct Forecast::State {
   std::vector<float> history, components, divided, of_runs;
   std::vector<float> run_weights, branches;
   std::vector<ParameterForecast> parameters;
+  ChannelForecaster channels;
   TestForecast state;
 };
 
@@ -90,7 +92,8 @@ struct Forecast::State {
       of_runs(runs),
       run_weights(view.info.simulations),
       branches(view.branches),
-      parameters(view.info.parameters) {
+      parameters(view.info.parameters),
+      channels(view) {
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     double sum = 0, given = 0;
     for (std::uint32_t run = 0; run < view.info.simulations; ++run)
@@ -101,6 +104,7 @@ struct Forecast::State {
   state.run_weights = run_weights;
   state.branch_probabilities = branches;
   state.parameters = parameters;
+  state.channels = channels.all();
   reset();
 }
 
@@ -167,16 +171,19 @@ void Forecast::State::fill_history(std::size_t first) noexcept {
   }
 }
 
-/// Returns the numbers of this row: 0 before anything is seen, 1 + that of the window.
-const double* Forecast::State::add_numbers(std::size_t row, float share) noexcept {
-  if (hidden_frames > state.frames / 2) row += 1 + ForecastWindow::count;
+/// Of the numbers: 0 before anything is seen, 1 + the number of a window.
+std::size_t Forecast::State::row_of(std::size_t row) const noexcept {
+  return hidden_frames > state.frames / 2 ? row + 1 + ForecastWindow::count : row;
+}
+
+void Forecast::State::add_bounds(std::size_t row, float share) noexcept {
   const double* numbers = &learned.numbers[row * LearnedForecast::numbers_per_window(parameters.size())];
   state.error_90 += share * static_cast<float>(numbers[0]);
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     parameters[p].r2 += share * static_cast<float>(numbers[2 + 3 * p]);
     parameters[p].bound_90 += share * static_cast<float>(numbers[3 + 3 * p]);
   }
-  return numbers;
+  channels.add_bounds(row, share);
 }
 
 /// What a ridge leaves of the components.
@@ -190,7 +197,9 @@ void Forecast::State::divide(double ridge, const float* variances) noexcept {
 /// Adds the forecast of this window with this share.
 void Forecast::State::add_window(ForecastWindow window, float share) noexcept {
   if (!(share > 0)) return;
-  const double* numbers = add_numbers(1 + window.number(), share);
+  const std::size_t row = row_of(1 + window.number());
+  const double* numbers = &learned.numbers[row * LearnedForecast::numbers_per_window(parameters.size())];
+  add_bounds(row, share);
   constexpr std::size_t most = LearnedForecast::most_components;
   const float* variances = &learned.variances[window.number() * most];
   code.project(&learned.components[window.sizes_before() * most * scores], most, window.size() * scores,
@@ -205,6 +214,7 @@ void Forecast::State::add_window(ForecastWindow window, float share) noexcept {
     code.project(&learned.parameters[(window.number() * parameters.size() + p) * most], 1, most, divided.data(), &off);
     parameters[p].value += share * off;
   }
+  channels.add(window.number(), row, components, share);
 }
 
 /// Between two nodes, a mean of theirs. A test that was seen from its beginning starts with what all runs share.
@@ -217,13 +227,15 @@ void Forecast::State::forecast() noexcept {
   for (std::size_t p = 0; p < parameters.size(); ++p) parameters[p] = {mean_parameters[p], 0, 0};
   state.error_90 = 0;
   const float at = evidence[first - 1].weight > 0 ? latest : 0;
+  channels.begin(at);
   const auto node = std::min(static_cast<std::size_t>(at), nodes - 1);
   const float share = at - static_cast<float>(node);  // of the later node
   if (node >= first)
     add_window({first, node}, 1 - share);
   else if (first == 1)
-    add_numbers(0, 1 - share);
+    add_bounds(row_of(0), 1 - share);
   add_window({first, std::max(node + 1, first)}, node >= first || first == 1 ? share : 1);
+  if (state.frames == 0) channels.forget_time();
   sum_branches();
 }
 
@@ -252,6 +264,17 @@ const TestForecast& Forecast::update(const MatchResult& result) noexcept {
 }
 const TestForecast& Forecast::state() const noexcept { return state_->state; }
 void Forecast::reset() noexcept { state_->reset(); }
+
+void replace_rates(const Model& model, const TestForecast& forecast, const FitNumbers& frame,
+                   std::span<ChannelValue> channels) noexcept {
+  if (forecast.frames == 0 || double{frame.test_time} != forecast.test_time_s) return;
+  for (std::uint32_t c = 0; c < std::min(channels.size(), forecast.channels.size()); ++c) {
+    const ChannelKind kind = model.channel(c).kind;
+    if (kind != ChannelKind::velocity && kind != ChannelKind::acceleration) continue;
+    channels[c].value = forecast.channels[c].value;
+    if (!std::isnan(channels[c].bound_90)) channels[c].bound_90 = forecast.channels[c].bound_90;
+  }
+}
 
 [[gnu::cold]] std::vector<float> final_positions(const Model& model, const TestForecast& forecast) {
   std::vector<float> positions(std::size_t{3} * model.nodes(), 0.0f);

@@ -5,9 +5,28 @@
 #include <algorithm>
 
 namespace lbea {
+namespace {
 
-std::shared_ptr<const LearnedForecast> read_forecast(const SectionReader& sections, const format::Info& info) {
-  using format::SectionId;
+using format::SectionId;
+
+void read_channel_regressions(const SectionReader& sections, std::uint64_t channels, LearnedForecast& forecast) {
+  constexpr std::uint64_t windows = ForecastWindow::count, values = LearnedForecast::values_per_channel;
+  if (channels == 0 || sections.find(SectionId::channel_numbers) == nullptr) return;
+  forecast.channel_numbers =
+      sections.required<double>(SectionId::channel_numbers,
+                                {LearnedForecast::kinds, 1 + windows, channels * LearnedForecast::numbers_per_channel});
+  forecast.channel_products = sections.required<float>(SectionId::channel_products,
+                                                       {windows, channels * values, LearnedForecast::most_components});
+  if (!sections.content(SectionId::channel_products).is_measured)
+    sections.fail(SectionId::channel_products, 0, "a value is not finite or too large");
+  if (std::ranges::any_of(forecast.channel_numbers, [](double v) { return !format::is_measured(v) || v < 0; }))
+    sections.fail(SectionId::channel_numbers, 0, "a value is out of range");
+}
+
+}  // namespace
+
+std::shared_ptr<const LearnedForecast> read_forecast(const SectionReader& sections, const format::Info& info,
+                                                     std::uint64_t channels) {
   LearnedForecast forecast;
   if (sections.find(SectionId::window_numbers) == nullptr) return nullptr;
   constexpr std::uint64_t nodes = LearnedForecast::nodes, windows = ForecastWindow::count,
@@ -35,6 +54,7 @@ std::shared_ptr<const LearnedForecast> read_forecast(const SectionReader& sectio
     sections.fail(SectionId::window_variances, 0, "a value is negative");
   if (sections.find(SectionId::regression_shapes) == nullptr)
     sections.fail(SectionId::window_numbers, 0, "there are no shapes to forecast from: section 0x8005");
+  read_channel_regressions(sections, channels, forecast);
   return forecast.numbers[0] > 0 ? std::make_shared<const LearnedForecast>(forecast) : nullptr;
 }
 

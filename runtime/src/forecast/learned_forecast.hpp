@@ -46,10 +46,15 @@ struct LearnedForecast {
   std::span<const float> variances;   // windows x most_components: sums of the runs' squared components
   std::span<const float> runs;        // windows x m x most_components: the runs' components
   std::span<const float> parameters;  // windows x P x most_components: sums of components times parameters
+  /// Of the C channels; empty: none, or of a model that was baked before. kinds x (1 + windows) x C x 2 x 2: of a
+  /// channel's value at the window's last node, and of its final value, the 90 % bound and the ridge.
+  std::span<const double> channel_numbers;
+  std::span<const float> channel_products;  // windows x C x 2 x most_components: sums of components times values
 
   [[nodiscard]] static constexpr std::size_t numbers_per_window(std::size_t parameters) noexcept {
     return 2 + 3 * parameters;
   }
+  static constexpr std::size_t values_per_channel = 2, numbers_per_channel = 2 * values_per_channel;
   /// Of the ensemble's runs, those that the final shape is composed of.
   [[nodiscard]] static std::uint32_t trained_runs(std::uint32_t simulations) noexcept {
     return std::min<std::uint32_t>(simulations, most_runs);
@@ -73,8 +78,9 @@ struct ForecastTimes {
   }
 };
 
-/// Reads sections 0x8018 to 0x801D. Null when the file has none, or nothing was learned. Throws Error{corrupt_model}.
+/// Reads sections 0x8018 to 0x801D, 0x8024 and 0x8025. channels: of the model. Null when the file has none, or nothing
+/// was learned. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const LearnedForecast> read_forecast(const SectionReader& sections,
-                                                                   const format::Info& info);
+                                                                   const format::Info& info, std::uint64_t channels);
 
 }  // namespace lbea

@@ -30,8 +30,8 @@ class ModelReader {
     read_envelope();
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
     view_.depth_images = read_depth_images(sections_, view_.info, view_.length_unit);
-    view_.forecast = read_forecast(sections_, view_.info);
     view_.channels = read_channels(sections_, view_.info);
+    view_.forecast = read_forecast(sections_, view_.info, view_.channels == nullptr ? 0 : view_.channels->size());
     view_.file_checksum = sections_.directory_checksum();
     return std::move(view_);
   }

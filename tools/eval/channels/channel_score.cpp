@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <numeric>
 
 namespace lbea::tool {
@@ -34,7 +35,7 @@ std::vector<std::uint32_t> first_numbers(std::size_t count) {
 
 ChannelJudge::ChannelJudge(const Model& model, std::span<const double> times, const ReadPositions& read,
                            const std::string& run)
-    : states_(times.size()), evaluator_(model, FitSettings{}.most_combined()) {
+    : model_(model), states_(times.size()), evaluator_(model, FitSettings{}.most_combined()) {
   const std::vector<bake::PlannedChannel> planned = planned_channels(model);
   bake::ChannelRecorder recorder(planned, first_numbers(model.nodes()));
   std::vector<float> positions;
@@ -45,11 +46,20 @@ ChannelJudge::ChannelJudge(const Model& model, std::span<const double> times, co
   if (!planned.empty()) truth_ = recorder.values(first_numbers(states_), run);
 }
 
-std::vector<ChannelScore> ChannelJudge::scores(const MatchResult& result, std::uint32_t state) const {
+std::vector<ChannelScore> ChannelJudge::scores(const MatchResult& result, const TestForecast* forecast,
+                                               std::uint32_t state) const {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  std::vector<ChannelValue> channels(result.channels.begin(), result.channels.end());
+  if (forecast != nullptr) replace_rates(model_, *forecast, result.fit, channels);
   std::vector<ChannelScore> scores;
-  for (std::size_t c = 0; c < result.channels.size(); ++c)
-    scores.push_back(
-        {double{truth_[c * states_ + state]}, double{result.channels[c].value}, double{result.channels[c].bound_90}});
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const std::size_t first = c * states_;
+    scores.push_back({double{truth_[first + state]}, double{channels[c].value}, double{channels[c].bound_90},
+                      double{truth_[first + states_ - 1]}, none, none});
+    if (forecast == nullptr || c >= forecast->channels.size()) continue;
+    scores.back().final_value = double{forecast->channels[c].final_value};
+    scores.back().final_bound_90 = double{forecast->channels[c].final_bound_90};
+  }
   return scores;
 }
 

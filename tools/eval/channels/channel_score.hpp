@@ -4,6 +4,8 @@
 #include "precompute/channels/channel_series.hpp"
 #include "runtime/src/channels/learned_channels.hpp"
 
+#include <lbea/forecast.hpp>
+
 #include <functional>
 #include <vector>
 
@@ -11,7 +13,8 @@ namespace lbea::tool {
 
 /// A channel in a frame.
 struct ChannelScore {
-  double truth = 0, value = 0, bound_90 = 0;  // value, bound_90: NaN without
+  double truth = 0, value = 0, bound_90 = 0;                    // value, bound_90: NaN without
+  double final_truth = 0, final_value = 0, final_bound_90 = 0;  // of the forecast; NaN without
 };
 
 class ChannelJudge {
@@ -22,11 +25,14 @@ class ChannelJudge {
   /// times: of all states of the run, s. Throws Error{bad_input} when a channel cannot be computed from the run.
   ChannelJudge(const Model& model, std::span<const double> times, const ReadPositions& read, const std::string& run);
 
-  [[nodiscard]] std::vector<ChannelScore> scores(const MatchResult& result, std::uint32_t state) const;
+  /// forecast: with the frame; null: none.
+  [[nodiscard]] std::vector<ChannelScore> scores(const MatchResult& result, const TestForecast* forecast,
+                                                 std::uint32_t state) const;
   /// Wall time of the channels of one frame, ns.
   [[nodiscard]] double evaluation_ns(const MatchResult& result);
 
  private:
+  Model model_;
   std::size_t states_;
   std::vector<float> truth_;  // channels x states
   ChannelEvaluator evaluator_;

@@ -54,6 +54,11 @@ double is_within(const ChannelScore& score) {
   return std::isnan(score.bound_90) ? not_measured : error_of(score) <= score.bound_90 ? 1 : 0;
 }
 
+double final_error_of(const ChannelScore& score) { return std::abs(score.final_value - score.final_truth); }
+double is_final_within(const ChannelScore& score) {
+  return std::isnan(score.final_bound_90) ? not_measured : final_error_of(score) <= score.final_bound_90 ? 1 : 0;
+}
+
 std::string row(const Round& round, const ChannelInfo& info, std::size_t channel) {
   const ChannelMeans means(round, channel);
   const double error = means.of(error_of), peak = means.peak();
@@ -62,7 +67,8 @@ std::string row(const Round& round, const ChannelInfo& info, std::size_t channel
                      formatted("%.4g", error), formatted("%.2f %%", 100 * error / peak),
                      formatted("%.1f %%", 100 * means.of(is_within)),
                      formatted("%.4g", means.of([](const ChannelScore& score) { return score.bound_90; })),
-                     formatted("%.1f %%", 100 * without)});
+                     formatted("%.1f %%", 100 * without), formatted("%.4g", means.of(final_error_of)),
+                     formatted("%.1f %%", 100 * means.of(is_final_within))});
 }
 
 }  // namespace
@@ -74,7 +80,7 @@ std::string channel_tables(const Evaluation& evaluation) {
     if (round.title != "unseen") continue;
     text += table_head("Channels, unseen experiments, " + round.disturbance.name,
                        {"channel", "kind", "unit", "peak", "mean error", "of the peak", "within bound_90",
-                        "mean bound_90", "frames without"});
+                        "mean bound_90", "frames without", "mean error of the forecast end", "within its bound_90"});
     for (std::uint32_t c = 0; c < evaluation.model->channels(); ++c)
       text += row(round, evaluation.model->channel(c), c);
     std::vector<double> times;

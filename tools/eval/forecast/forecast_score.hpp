@@ -31,6 +31,8 @@ class ForecastJudge {
   ForecastJudge(const Model& model, std::vector<float> truth);
   /// time_s: of the frame.
   void add(const MatchResult& result, double time_s);
+  /// With the frames so far.
+  [[nodiscard]] const TestForecast& state() const noexcept { return forecast_.state(); }
   [[nodiscard]] ForecastTrial take() { return std::move(trial_); }
 
  private:

@@ -71,7 +71,6 @@ void fill(wire::WireTestState& test, const TestState& from) noexcept {
 }
 
 void fill(wire::WireForecast& forecast, const TestForecast& from) noexcept {
-  if (from.frames == 0) return;
   forecast.frames = from.frames;
   forecast.error_90 = from.error_90;
   for (std::uint32_t run = 0; run < from.run_weights.size(); ++run)
@@ -119,6 +118,7 @@ wire::ModelSummary summarize(const Model& model, const std::string& file) {
 void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.matches.reserve(max_matches);
   outcome.channels.reserve(most_channels);
+  outcome.ends.reserve(most_channels);
   outcome.result.fit.candidates.reserve(max_candidates);
   outcome.result.fit.ranks.reserve(max_candidates);
   outcome.result.fit.estimate.reserve(max_candidates);
@@ -132,6 +132,7 @@ void reserve(Outcome& outcome, std::uint32_t max_matches) {
 void clear(Outcome& outcome) noexcept {
   outcome.matches.clear();
   outcome.channels.clear();
+  outcome.ends.clear();
   wire::WireResult& result = outcome.result;
   wire::WireResult fresh;
   fresh.fit.candidates = emptied(result.fit.candidates);
@@ -174,7 +175,12 @@ MatchResult match_of(const Outcome& outcome) noexcept {
 
 void fill_test(Outcome& outcome, MatchEngine& engine, const MatchResult& match) noexcept {
   if (const TestState* test = engine.track(match)) fill(outcome.result.test, *test);
-  if (const TestForecast* forecast = engine.forecast(match)) fill(outcome.result.forecast, *forecast);
+  const TestForecast* forecast = engine.forecast(match);
+  if (forecast == nullptr || forecast->frames == 0) return;
+  fill(outcome.result.forecast, *forecast);
+  engine.replace_rates(match, outcome.channels);
+  for (const ChannelForecast& channel : forecast->channels)
+    outcome.ends.push_back({channel.final_value, channel.final_bound_90});
 }
 
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {
@@ -184,7 +190,8 @@ void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult
                             engine.time_s(match.sample), match.distance});
   for (std::uint32_t c = 0; c < outcome.channels.size(); ++c) {
     const ChannelInfo info = engine.channel(c);
-    into.channels.push_back({outcome.channels[c], std::string(info.name), std::string(info.unit)});
+    const ChannelValue end = c < outcome.ends.size() ? outcome.ends[c] : ChannelValue{};
+    into.channels.push_back({outcome.channels[c], std::string(info.name), std::string(info.unit), end});
   }
 }
 

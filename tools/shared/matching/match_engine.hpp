@@ -25,6 +25,9 @@ class MatchEngine {
   virtual const TestState* track(const MatchResult&) noexcept { return nullptr; }
   /// How the test will end, by the frames up to this one; null without a forecast.
   virtual const TestForecast* forecast(const MatchResult&) noexcept { return nullptr; }
+  /// Replaces the velocities and accelerations of the frame that forecast() was called with last; see
+  /// lbea/forecast.hpp.
+  virtual void replace_rates(const MatchResult&, std::span<ChannelValue>) noexcept {}
   /// The next frame is the first of another session.
   virtual void begin_test() noexcept {}
   [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
@@ -62,6 +65,9 @@ class ModelEngine final : public MatchEngine {
   const TestForecast* forecast(const MatchResult& result) noexcept override {
     return forecast_ ? &forecast_->update(result) : nullptr;
   }
+  void replace_rates(const MatchResult& result, std::span<ChannelValue> channels) noexcept override {
+    if (forecast_) lbea::replace_rates(matchers_.front().model(), forecast_->state(), result.fit, channels);
+  }
   void begin_test() noexcept override {
     if (tracker_) tracker_->reset();
     if (forecast_) forecast_->reset();
@@ -90,6 +96,7 @@ struct Outcome {
   wire::WireResult result;             // without matches
   std::vector<Match> matches;          // compose() adds their names
   std::vector<ChannelValue> channels;  // the same
+  std::vector<ChannelValue> ends;      // forecasts of the channels; empty: none
 };
 
 void reserve(Outcome& outcome, std::uint32_t max_matches);

@@ -135,8 +135,9 @@ typedef struct lbea_wire_share {
 typedef struct lbea_wire_channel {
   const char* name;
   const char* unit;
-  float value;    /**< of the estimate by fit, else of the best sample */
+  float value;    /**< of the estimate by fit, else of the best sample; a rate: of the whole test so far */
   float bound_90; /**< 90 % of the true values differ by less; NaN: not known */
+  float end_value, end_bound_90; /**< forecast of the value at the end of the test; NaN: not known */
 } lbea_wire_channel;
 
 /** What the matcher found for one capture. Pointers are valid until the next receive. The numbers are those of
