@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tools/report/content/accounts.hpp"
+#include "tools/report/content/channel_study.hpp"
 #include "tools/report/content/explanation.hpp"
 #include "tools/report/content/forecast_study.hpp"
 
@@ -29,6 +30,7 @@ struct TestReport {
   double test_limit = static_cast<double>(FrameRow::unknown);
   FrameStudy frames;
   ForecastStudy forecasts;
+  ChannelStudy channels;
   RegionMap regions;
   Accounts accounts;
   bool is_own_match = false;  // the recording has no results, so its frames were matched for the report

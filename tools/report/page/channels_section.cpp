@@ -1,7 +1,8 @@
-// The quantities of interest: their last values, their peaks and their curves.
+// The quantities of interest: their last values, their peaks, their ratings and their curves.
 #include "tools/report/page/frame_curves.hpp"
 #include "tools/report/page/html.hpp"
 #include "tools/report/page/page.hpp"
+#include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +51,51 @@ std::string table_of(std::span<const TestChannel> channels) {
          "</tr></thead>\n<tbody>" + rows + "</tbody></table></div>\n";
 }
 
-Chart chart_of(Rows rows, const TestChannel& channel, std::size_t place) {
+std::string score_text(double score) { return formatted("%.2f", score); }
+
+std::string rating_row(const TestChannel& channel, const StudiedChannel& studied) {
+  const std::string name = "<tr><td>" + escaped(channel.name) + "</td>";
+  if (!studied.rating) return name + "<td colspan=\"6\">Not rated: " + escaped(studied.why_not) + ".</td></tr>\n";
+  const ObjectiveRating& rating = *studied.rating;
+  std::string cells =
+      number_cell(score_text(rating.overall)) + "<td>" + std::string(grade_of(rating.overall)) + "</td>";
+  for (const double score : {rating.corridor, rating.phase, rating.magnitude, rating.slope})
+    cells += number_cell(score_text(score));
+  return name + cells + "</tr>\n";
+}
+
+/// Empty without a simulation or without any value.
+std::string ratings_of(const TestReport& report) {
+  const std::span<const TestChannel> channels = report.record()->channels().channels();
+  const ChannelStudy& study = report.channels;
+  std::string rows;
+  for (std::size_t c = 0; c < std::min(channels.size(), study.channels.size()); ++c)
+    if (channels[c].last) rows += rating_row(channels[c], study.channels[c]);
+  if (rows.empty() || !study.simulation) return "";
+  return "<p>Rating by ISO/TS 18571, from 0 to 1: how far simulation " +
+         escaped(simulation_name(report.names, *study.simulation)) +
+         " alone gives the values of the test, which combine several simulations. Where it is poor, do not read the "
+         "quantity from that simulation.</p>\n<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th "
+         "scope=\"col\">Quantity</th>" +
+         number_head("Rating") + "<th scope=\"col\">Grade</th>" + number_head("Corridor") + number_head("Phase") +
+         number_head("Magnitude") + number_head("Slope") + "</tr></thead>\n<tbody>" + rows + "</tbody></table></div>\n";
+}
+
+/// At the frames' times; unknown before its first and after its last sample.
+Curve simulation_curve(const TestReport& report, Rows rows, std::size_t place) {
+  const ChannelStudy& study = report.channels;
+  if (place >= study.channels.size() || study.channels[place].simulation.empty() || !study.impact_s) return {};
+  const Signal& signal = study.channels[place].simulation;
+  return {simulation_name(report.names, *study.simulation) + " alone", values_of(rows, [&](const FrameRow& row) {
+            const double time_s = study.since_impact(row.time_s);
+            if (!row.is_matched() || time_s < signal.begin_s() || time_s > signal.end_s())
+              return double{FrameRow::unknown};
+            return resampled(signal, {time_s, 0, 1}).front();
+          })};
+}
+
+Chart chart_of(const TestReport& report, const TestChannel& channel, std::size_t place) {
+  const Rows rows = report.record()->rows();
   const auto part = [&](float ChannelValue::*member) {
     return values_of(rows, [=](const FrameRow& row) {
       return place < row.channels.size() ? row.channels[place].*member : FrameRow::unknown;
@@ -58,6 +103,8 @@ Chart chart_of(Rows rows, const TestChannel& channel, std::size_t place) {
   };
   Chart chart = chart_over_time(rows, channel.name, channel.unit, "");
   chart.curves = {{"value", part(&ChannelValue::value)}};
+  if (Curve alone = simulation_curve(report, rows, place); !alone.values.empty())
+    chart.curves.push_back(std::move(alone));
   if (channel.has_bounds) chart.bands = {{"90 % interval", 0, part(&ChannelValue::bound_90)}};
   const auto lacks_bound = [place](const FrameRow& row) {
     return place < row.channels.size() && !std::isnan(row.channels[place].value) &&
@@ -71,11 +118,12 @@ Chart chart_of(Rows rows, const TestChannel& channel, std::size_t place) {
   return chart;
 }
 
-std::string charts_of(const TestRecord& record) {
-  const std::span<const TestChannel> channels = record.channels().channels();
+std::string channel_charts(const TestReport& report) {
+  const std::span<const TestChannel> channels = report.record()->channels().channels();
   std::string figures, note;
   for (std::size_t c = 0; c < std::min(most_curves, channels.size()); ++c)
-    if (const Chart chart = chart_of(record.rows(), channels[c], c); chart.has_values()) figures += figure_of(chart);
+    if (const Chart chart = chart_of(report, channels[c], c); channels[c].last && chart.has_values())
+      figures += figure_of(chart);
   if (channels.size() > most_curves)
     note =
         "<p>The curves of " + std::to_string(channels.size() - most_curves) + " more quantities are not drawn.</p>\n";
@@ -88,8 +136,8 @@ std::string channels_section(const TestReport& report) {
   if (report.record() == nullptr || report.record()->channels().channels().empty()) return "";
   const ChannelRecord& record = report.record()->channels();
   return "<section class=\"page\" aria-label=\"Quantities\"><h2>Quantities of interest</h2>\n" +
-         bounds_note(record.channels()) + doubtful_note(record) + table_of(record.channels()) +
-         charts_of(*report.record()) + "</section>\n";
+         bounds_note(record.channels()) + doubtful_note(record) + table_of(record.channels()) + ratings_of(report) +
+         channel_charts(report) + "</section>\n";
 }
 
 }  // namespace lbea::tool

@@ -96,15 +96,40 @@ Json moment_json(const std::optional<ChannelMoment>& moment) {
           {"bound_90", number(double{moment->bound_90})}};
 }
 
+/// Null, with the reason beside it, without a rating.
+Json rating_json(const std::optional<ObjectiveRating>& rating) {
+  if (!rating) return nullptr;
+  return {{"overall", rating->overall},
+          {"grade", grade_of(rating->overall)},
+          {"corridor", rating->corridor},
+          {"phase", rating->phase},
+          {"magnitude", rating->magnitude},
+          {"slope", rating->slope},
+          {"simulation_is_late_by_s", static_cast<double>(rating->shift.values) * rating_interval_s}};
+}
+
 Json channels_json(const TestReport& report) {
   Json json = Json::array();
   if (report.record() == nullptr) return json;
-  for (const TestChannel& channel : report.record()->channels().channels())
+  for (const TestChannel& channel : report.record()->channels().channels()) {
+    const std::size_t place = json.size();
     json.push_back({{"name", channel.name},
                     {"unit", channel.unit},
                     {"last", moment_json(channel.last)},
                     {"peak", moment_json(channel.peak)}});
+    if (place >= report.channels.channels.size()) continue;
+    const StudiedChannel& studied = report.channels.channels[place];
+    json.back()["rating"] = rating_json(studied.rating);
+    if (!studied.rating) json.back()["not_rated_because"] = studied.why_not;
+  }
   return json;
+}
+
+Json rated_simulation_json(const TestReport& report) {
+  const ChannelStudy& study = report.channels;
+  if (!study.simulation) return nullptr;
+  return {{"simulation", simulation_name(report.names, *study.simulation)},
+          {"impact_seconds", study.impact_s ? number(*study.impact_s) : Json(nullptr)}};
 }
 
 /// After the last frame, and the error of the forecasts before.
@@ -160,6 +185,7 @@ std::string summary_json(const TestReport& report) {
             {"end", end_json(report)},
             {"forecast", forecast_json(report)},
             {"channels", channels_json(report)},
+            {"channels_rated_against", rated_simulation_json(report)},
             {"channel_frames_left_out", report.record() == nullptr ? 0 : report.record()->channels().left_out()},
             {"frames", frames_json(report)},
             {"regions", regions_json(report)}};
