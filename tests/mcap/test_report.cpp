@@ -120,3 +120,53 @@ TEST_CASE("a report that is stopped or killed at any time leaves the earlier pag
   }
   CHECK(stopped > 0);
 }
+
+TEST_CASE("signals and table of a recorded test; an existing folder and the inputs are refused") {
+  Bench bench;
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  const Outcome made = report(bench, "run.mcap --mme 'Test 1' --channels-csv table.csv");
+  REQUIRE_MESSAGE(made.exit_code == 0, made.err);
+  const std::filesystem::path folder = bench.file("Test 1");
+  CHECK(contains(text_of(folder / "Test 1.mme"), "recording run.mcap, test 1"));
+  const std::string list = text_of(folder / "Channel/Test 1.chn");
+  CHECK(contains(list, "DSXV / struck end\n"));
+  CHECK(contains(list, "VEXV / struck end, velocity\n"));
+  CHECK(contains(list, "VEXD / struck end, velocity, simulation run_"));
+  CHECK(contains(text_of(folder / "Channel/Test 1.001"), "Number of samples           :20\n"));
+  const std::string table = text_of(bench.file("table.csv"));
+  CHECK(std::ranges::count(table, '\n') == 21);
+  CHECK(contains(table, "struck end [mm]"));
+  const Outcome again = report(bench, "run.mcap --mme 'Test 1'");
+  CHECK(again.exit_code == 1);
+  CHECK(contains(again.err, "Test 1: exists; give another name"));
+  CHECK(report(bench, "run.mcap --channels-csv run.mcap").exit_code == 2);
+  CHECK(report(bench, "run.mcap -o same --channels-csv same").exit_code == 2);
+}
+
+TEST_CASE("a stopped or killed export leaves no folder or the whole one") {
+  Bench bench;
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  const auto begin = std::chrono::steady_clock::now();
+  REQUIRE(report(bench, "run.mcap --mme whole").exit_code == 0);
+  const std::chrono::duration<double> whole_run = std::chrono::steady_clock::now() - begin;
+  constexpr int stops = 8;
+  for (int i = 0; i < stops; ++i) {
+    const std::filesystem::path parent = bench.file("stopped-" + std::to_string(i)), folder = parent / "whole";
+    std::filesystem::create_directory(parent);
+    Process process({LBEA_REPORT, bench.file("run.mcap"), "--mme", folder.string()}, bench.file("out"),
+                    bench.file("err"));
+    const auto program = std::filesystem::path("/proc") / std::to_string(process.id()) / "exe";
+    std::error_code unknown;  // until then it is a copy of this test
+    REQUIRE(eventually([&] { return std::filesystem::equivalent(program, LBEA_REPORT, unknown); }));
+    std::this_thread::sleep_for(whole_run * i / stops);
+    const bool is_killed = i % 2 == 1;
+    process.signal(is_killed ? SIGKILL : SIGINT);
+    const int code = process.wait();
+    const bool exists = std::filesystem::exists(folder);
+    if (code == 0) CHECK(exists);
+    if (!is_killed && code != 0) CHECK(std::filesystem::is_empty(parent));
+    if (exists)
+      for (const char* file : {"whole.mme", "Channel/whole.chn", "Channel/whole.001", "Channel/whole.002"})
+        CHECK(text_of(folder / file) == text_of(std::filesystem::path(bench.file("whole")) / file));
+  }
+}

@@ -1,5 +1,7 @@
 // lbea-report: the report of a recorded test, as one HTML page.
 #include "adapters/files/atomic_file.hpp"
+#include "adapters/files/atomic_folder.hpp"
+#include "tools/report/content/channel_export.hpp"
 #include "tools/report/page/page.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -12,7 +14,7 @@ namespace {
 
 struct Options {
   ReportOptions report;
-  std::filesystem::path output;
+  std::filesystem::path output, csv, mme;
   bool json = false;
 };
 
@@ -21,6 +23,7 @@ constexpr auto description =
     "and what it means,\n"
     "the account of the frames, frames beside match and estimate, curves, the regions that are explained worst, "
     "versions and checksums.\n"
+    "With --channels-csv and --mme, it writes the quantities of interest of the test over time.\n"
     "A damaged recording is reported as far as it can be read; the report says so. The exit code is 1 when no report "
     "is written.";
 
@@ -28,21 +31,34 @@ constexpr auto description =
 void require_other_file(const std::filesystem::path& output, const std::filesystem::path& input) {
   std::error_code unknown;
   if (!output.empty() && std::filesystem::equivalent(output, input, unknown))
-    throw WrongUsage("-o " + output.string() + " would replace " + input.string() + "; give another name");
+    throw WrongUsage(output.string() + " would replace " + input.string() + "; give another name");
 }
 
-int report(const Options& options) {
+void require_destinations(const Options& options) {
+  if (options.output.empty() && options.csv.empty() && options.mme.empty() && !options.json)
+    throw WrongUsage("no destination. Give -o REPORT.html, --json, --channels-csv FILE or --mme FOLDER");
+  for (const auto* file : {&options.output, &options.csv}) {
+    require_other_file(*file, options.report.recording);
+    require_other_file(*file, options.report.model_file);
+  }
+  if (!options.csv.empty() && options.csv == options.output)
+    throw WrongUsage("-o and --channels-csv are the same file; give another name");
+  if (!options.mme.empty()) io::require_new_folder(options.mme);
+}
+
+int report(Options options) {
   const Log log("lbea-report");
   catch_stop_signals();
-  if (options.output.empty() && !options.json) throw WrongUsage("no destination. Give -o REPORT.html or --json");
-  require_other_file(options.output, options.report.recording);
-  require_other_file(options.output, options.report.model_file);
+  require_destinations(options);
+  options.report.keeps_all_frames = !options.csv.empty() || !options.mme.empty();
   std::optional<StageProgress> progress(std::in_place);
   const TestReport report = make_report(
       options.report,
       [&](std::string_view stage, std::uint64_t done, std::uint64_t total) { progress->show(stage, done, total); });
   progress.reset();
-  require_other_file(options.output, report.model_file);
+  for (const auto* file : {&options.output, &options.csv}) require_other_file(*file, report.model_file);
+  if (!options.csv.empty()) io::write_file(options.csv, csv_of(report));
+  if (!options.mme.empty()) io::write_mme(options.mme, mme_of(report), require_not_stopped);
   if (!options.output.empty()) io::write_file(options.output, page_of(report));
   if (options.json) std::printf("%s\n", summary_json(report).c_str());
   return exit_ok;
@@ -68,6 +84,9 @@ int main(int argc, char** argv) {
       ->excludes(pose);
   tool.add_option("--test", options.report.test,
                   "number of the test in the recording, from 1; default: the one with the most matched frames");
+  tool.add_option("--channels-csv", options.csv, "table of the quantities of interest, a row per matched frame (CSV)");
+  tool.add_option("--mme", options.mme,
+                  "new folder for the quantities of interest as signals of ISO/TS 13499 (ISO-MME), in SI units");
   tool.add_flag("--json", options.json, "print a summary as JSON");
   return tool.run(argc, argv, [&] { return lbea::tool::report(options); });
 }

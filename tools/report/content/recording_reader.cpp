@@ -75,12 +75,14 @@ void TestCollector::add(const wire::WireResult& result) {
   if (content_.tests.size() >= RecordingContent::most_tests) return void(++content_.omitted_tests);
   const std::uint64_t number = is_next ? content_.tests[current->second].key.second + 1 : 0;
   current_[result.session] = content_.tests.size();
-  content_.tests.push_back({{result.session, number}, TestRecord()});
+  content_.tests.push_back({{result.session, number}, TestRecord(content_.rows_per_test)});
   content_.tests.back().record.add(result);
 }
 
-RecordingContent read_recording(const std::filesystem::path& file, const ReadingProgress& progress) {
+RecordingContent read_recording(const std::filesystem::path& file, const ReadingProgress& progress,
+                                std::size_t rows_per_test) {
   RecordingContent content;
+  content.rows_per_test = rows_per_test;
   content.file = file;
   TestCollector tests(content);
   ByteCount bytes(file, progress);

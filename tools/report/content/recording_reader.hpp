@@ -23,6 +23,7 @@ struct RecordingContent {
   std::uint64_t omitted_tests = 0;         // beyond most_tests
   std::uint64_t model_checksum = 0;        // of the first matched result
   std::vector<std::string> matcher_names;  // of the simulations, as the matcher named them
+  std::size_t rows_per_test = TestRecord::default_capacity;
   static constexpr std::size_t most_tests = 256;
 };
 
@@ -33,7 +34,8 @@ void require_not_stopped();
 using ReadingProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Throws Error{file_not_found | bad_input} when it is not a recording, and when stopped.
-[[nodiscard]] RecordingContent read_recording(const std::filesystem::path& file, const ReadingProgress& progress);
+[[nodiscard]] RecordingContent read_recording(const std::filesystem::path& file, const ReadingProgress& progress,
+                                              std::size_t rows_per_test = TestRecord::default_capacity);
 
 /// Divides results into tests: the first matched frame of another session, or after the end of its stream, begins
 /// another one.

@@ -5,6 +5,7 @@
 #include "tools/shared/matching/views.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace lbea::tool {
 namespace {
@@ -118,7 +119,9 @@ const wire::WireForecast& TestReport::forecast() const noexcept {
 }
 
 TestReport make_report(const ReportOptions& options, const StageReporter& progress) {
-  RecordingContent content = read_recording(options.recording, stage(progress, "reading results"));
+  RecordingContent content =
+      read_recording(options.recording, stage(progress, "reading results"),
+                     options.keeps_all_frames ? std::numeric_limits<std::size_t>::max() : TestRecord::default_capacity);
   require_content(content);
   const std::filesystem::path model_file = model_file_of(options, content);
   Model model = open_model(model_file, content);

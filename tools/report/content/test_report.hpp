@@ -14,6 +14,7 @@ struct ReportOptions {
   std::string pose_file;             // instead of the recorded pose
   bool without_pose = false;         // the points are in reference coordinates
   std::optional<std::size_t> test;   // its number, from 1; none: the one with the most matched frames
+  bool keeps_all_frames = false;     // in the record, also of long tests
 };
 
 struct TestReport {

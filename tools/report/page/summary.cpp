@@ -105,7 +105,7 @@ Json rating_json(const std::optional<ObjectiveRating>& rating) {
           {"phase", rating->phase},
           {"magnitude", rating->magnitude},
           {"slope", rating->slope},
-          {"simulation_is_late_by_s", static_cast<double>(rating->shift.values) * rating_interval_s}};
+          {"simulation_is_late_by_s", static_cast<double>(rating->shift.values) / rating_frequency_hz}};
 }
 
 Json channels_json(const TestReport& report) {

@@ -9,8 +9,8 @@
 
 namespace lbea::tool {
 
-/// Clause 5: both signals have this interval, over the interval of evaluation.
-inline constexpr double rating_interval_s = 1e-4;
+/// Clause 5: of both signals, over the interval of evaluation.
+inline constexpr double rating_frequency_hz = 1e4, rating_interval_s = 1 / rating_frequency_hz;
 /// That the smoothed slope of clause 6.3 needs.
 inline constexpr std::size_t least_rated_values = 9;
 
