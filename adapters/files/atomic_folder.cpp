@@ -4,7 +4,9 @@
 
 #include <lbea/lbea.hpp>
 
+#include <cerrno>
 #include <cstdlib>
+#include <string>
 #include <system_error>
 
 #include <fcntl.h>

@@ -127,7 +127,9 @@ TEST_CASE("signals and table of a recorded test; an existing folder and the inpu
   const Outcome made = report(bench, "run.mcap --mme 'Test 1' --channels-csv table.csv");
   REQUIRE_MESSAGE(made.exit_code == 0, made.err);
   const std::filesystem::path folder = bench.file("Test 1");
-  CHECK(contains(text_of(folder / "Test 1.mme"), "recording run.mcap, test 1"));
+  const std::string test = text_of(folder / "Test 1.mme");
+  CHECK(contains(test, "recording run.mcap, test 1"));
+  CHECK(contains(test, "Date of the test            :20"));
   const std::string list = text_of(folder / "Channel/Test 1.chn");
   CHECK(contains(list, "DSXV / struck end\n"));
   CHECK(contains(list, "VEXV / struck end, velocity\n"));

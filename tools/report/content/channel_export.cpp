@@ -1,10 +1,11 @@
 #include "tools/report/content/channel_export.hpp"
 
 #include "tools/shared/cli/csv_table.hpp"
-#include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <ctime>
 
 namespace lbea::tool {
 namespace {
@@ -79,9 +80,21 @@ void set_samples(io::MmeChannel& channel, EvenSamples samples, double factor) {
   for (double& value : channel.values) value *= factor;
 }
 
+/// UTC, of the recording's start; empty: unknown.
+std::string date_of(std::int64_t ns_since_1970) {
+  constexpr std::int64_t ns_per_second = 1'000'000'000;
+  const auto seconds = static_cast<std::time_t>(ns_since_1970 / ns_per_second);
+  std::array<char, 16> text{};
+  std::tm utc{};
+  if (ns_since_1970 <= 0 || ::gmtime_r(&seconds, &utc) == nullptr) return "";
+  std::strftime(text.data(), text.size(), "%Y-%m-%d", &utc);
+  return text.data();
+}
+
 void add_facts(const TestReport& report, io::MmeTest& test) {
   const auto add = [&](const char* name, const std::string& value) { test.facts.emplace_back(name, value); };
   add("Type of the test", "impact, observed by 3D cameras");
+  add("Date of the test", date_of(report.settings().start_ns));
   add("Comments", "lbea-report " LBEA_VERSION_STRING ", recording " + report.content.file.filename().string() +
                       ", test " + std::to_string(*report.test + 1));
   add("Comments", "verdict: " + report.explanation.word);

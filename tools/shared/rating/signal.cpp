@@ -25,7 +25,8 @@ TimeGrid grid_within(double begin_s, double end_s, double interval_s) noexcept {
 
 std::vector<double> resampled(const Signal& signal, const TimeGrid& grid) {
   std::vector<double> values(grid.size);
-  std::size_t next = 0;  // the signal's first time that is not before the grid's
+  // Of the signal's first time that is not before the grid's.
+  auto next = static_cast<std::size_t>(std::ranges::lower_bound(signal.times_s, grid.first_s) - signal.times_s.begin());
   for (std::size_t i = 0; i < grid.size; ++i) {
     const double time_s = grid.at(i);
     while (next < signal.times_s.size() && signal.times_s[next] < time_s) ++next;
