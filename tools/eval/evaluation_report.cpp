@@ -1,7 +1,7 @@
 #include "tools/eval/evaluation_report.hpp"
 
 #include "adapters/files/atomic_file.hpp"
-#include "tools/eval/channels/channel_columns.hpp"
+#include "tools/shared/cli/channel_column.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 
 #include <nlohmann/json.hpp>

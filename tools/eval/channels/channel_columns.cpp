@@ -1,14 +1,11 @@
 #include "tools/eval/channels/channel_columns.hpp"
 
+#include "tools/shared/cli/channel_column.hpp"
+
 #include <algorithm>
 #include <limits>
 
 namespace lbea::tool {
-
-std::string channel_column(std::string name, const std::string& kind, const std::string& unit) {
-  if (!kind.empty()) name += " " + kind;
-  return unit.empty() ? name : name + " [" + unit + "]";
-}
 
 ChannelColumns::ChannelColumns(const std::vector<LiveRow>& rows) {
   for (const LiveRow& row : rows)

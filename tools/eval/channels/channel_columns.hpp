@@ -8,9 +8,6 @@
 
 namespace lbea::tool {
 
-/// "NAME KIND [UNIT]", without what is empty.
-[[nodiscard]] std::string channel_column(std::string name, const std::string& kind, const std::string& unit);
-
 /// The channels of all frames, in the order in which they first appear; names are unique.
 class ChannelColumns {
  public:
