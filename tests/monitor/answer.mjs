@@ -9,6 +9,7 @@ const elements = new Map();
 globalThis.document = { getElementById: (id) => elements.get(id) ?? elements.set(id, { textContent: "", hidden: false, dataset: {} }).get(id) };
 const page = "../../tools/monitor/page";
 const { ParameterTable, VerdictPanel } = await import(`${page}/panels.js`), { readPacket } = await import(`${page}/connection.js`);
+const { channelWords } = await import(`${page}/channel_words.js`), { Rows } = await import(`${page}/rows.js`);
 
 /// What the panel shows.
 const shown = () => {
@@ -19,6 +20,27 @@ const shown = () => {
 
 // Regression: an unknown distance ended the update of the page.
 assert.deepEqual(new ParameterTable({}).leaders({ matches: [{ simulation: 3, distance: null }, { simulation: 4, distance: 0.25 }] }), ["Distance", [[3, "-"], [4, "0.2500"]]]);
+
+// A quantity of interest: what is known of it, and what is not.
+const sure = { doubtful: false, verdict: "matched", status: "ok" }, known = { value: -12.3456, bound_90: 0.5 };
+assert.deepEqual(channelWords("mm", known, sure), { value: "-12.35 \u00b1 0.50 mm", note: "(90 %)" });
+assert.deepEqual(channelWords("1", { value: 0.1234, bound_90: null }, sure), { value: "0.123", note: "interval unknown" });
+for (const channel of [undefined, { value: null, bound_90: null }]) assert.deepEqual(channelWords("mm", channel, sure), { value: "unknown", note: "" });
+assert.deepEqual(channelWords("mm", known, { doubtful: true, verdict: "no_simulation_fits", status: "ok" }), { value: "unknown", note: "frame in doubt: no simulation fits" });
+assert.deepEqual(channelWords("mm", undefined, { doubtful: true, verdict: "refused", status: "too_few_points" }), { value: "unknown", note: "frame in doubt: too few points" });
+
+// Their curves come in parts, and are unknown where the rows have no such channel.
+{
+  const rows = new Rows(), head = { epoch: 1, row_values: 2, columns: ["time_s", "frame"] };
+  rows.add({ head: { ...head, first: 0, channels: [{ name: "end" }, { name: "speed" }] }, arrays: { rows: new Float32Array([0, 0]), channels: new Float32Array([1, 0.5, NaN, NaN]) } });
+  rows.add({ head: { ...head, first: 1 }, arrays: { rows: new Float32Array([1, 1, 2, 2]), channels: new Float32Array([2, 0.5, 20, 5, 3, 0.25, 30, NaN]) } });
+  assert.equal(rows.count, 3);
+  assert.deepEqual([0, 1, 2].map((r) => rows.channel(r, "speed")), [[NaN, NaN], [20, 5], [30, NaN]]);
+  assert.deepEqual(rows.channel(2, "end"), [3, 0.25]);
+  assert.deepEqual(rows.channel(2, "other"), [NaN, NaN]);
+  rows.add({ head: { ...head, epoch: 2, first: 0, channels: [] }, arrays: { rows: new Float32Array([5, 0]), channels: new Float32Array(0) } });
+  assert.deepEqual(rows.channel(0, "end"), [NaN, NaN]);
+}
 
 function sensorMovedBy(axis, mm) {
   const moved = JSON.parse(readFileSync(sensor, "utf8")), file = join(sockets, `moved_${axis}_${mm}.json`);

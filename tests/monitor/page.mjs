@@ -258,6 +258,7 @@ async function main() {
     await checkLostGraphics(page);
     await checkColors(page);
     await checkForecast(page);
+    assert.equal(await page.locator("#channels-panel").isHidden(), true, "a model without channels shows none");
     await checkExports(page, url);
     await checkKeyboard(page);
     await checkSizes(page);

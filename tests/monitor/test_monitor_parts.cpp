@@ -391,6 +391,100 @@ TEST_CASE("the forecast is shown as it was published, and only then") {
   CHECK_FALSE(read(scenes.build({result, nullptr}, {})).head["sections"].contains("final"));
 }
 
+TEST_CASE("channels: the page gets names, units, values and bounds; what is not known is null") {
+  const TemporaryFolder folder;
+  bake_bent_plates(folder / "plates.lbea");
+  const Model plain = Model::open(folder / "plates.lbea");
+  CHECK(read(model_packet(plain, ranges_of(plain), nullptr)).head["channels"].empty());
+  EnsembleDescription description = bent_plates_description();
+  description.channels = {
+      {"end", ChannelKind::displacement, ChannelComponent::x, 0, {ChannelPoint{true, 1020, {}}}, {}}};
+  bake_model(bent_plates(), description, folder / "end.lbea");
+  const Model model = Model::open(folder / "end.lbea");
+  CHECK(read(model_packet(model, ranges_of(model), nullptr)).head["channels"] ==
+        nlohmann::json::parse(R"([{"name": "end", "unit": "mm"}])"));
+
+  WireResult result = result_of(3);
+  CHECK_FALSE(to_json(result).contains("channels"));
+  result.channels = {{{-12.5f, 0.5f}, "end", "mm"}, {{7, std::nanf("")}, "speed", "mm/s"}};
+  const auto seen = nlohmann::json::parse(to_json(result).dump());
+  CHECK(seen["channels"] == nlohmann::json::parse(R"([{"name": "end", "value": -12.5, "bound_90": 0.5},
+                                                      {"name": "speed", "value": 7.0, "bound_90": null}])"));
+  CHECK(seen["doubtful"] == false);
+  result.verdict = WireVerdict::no_simulation_fits;
+  CHECK(to_json(result)["doubtful"] == true);
+}
+
+WireResult with_channels(std::uint64_t id, std::size_t channels = 2) {
+  WireResult result = result_of(id);
+  for (std::size_t c = 0; c < channels; ++c)
+    result.channels.push_back(
+        {{static_cast<float>(100 * c + id), 0.25f}, "channel, " + std::to_string(c), c == 0 ? "mm" : "mm/s"});
+  return result;
+}
+
+TEST_CASE("channels: curves have gaps at doubtful frames and where there are no values") {
+  TestLog log;
+  LogCursor cursor;
+  log.add(result_of(0));  // as by a matcher that sent its first result before
+  const auto before = read(next_rows(log, cursor, 100));
+  CHECK(before.head["channels"].empty());
+  CHECK(before.section<float>("channels").empty());
+  for (std::uint64_t id = 1; id < 5; ++id) {
+    WireResult result = with_channels(id);
+    if (id == 2) result.verdict = WireVerdict::no_simulation_fits;
+    if (id == 3) result.channels.pop_back();
+    log.add(result);
+  }
+  // Rows that the browser has change: it gets all again.
+  const auto after = read(next_rows(log, cursor, 3));
+  CHECK(after.head["first"] == 0);
+  CHECK(after.head["channels"] == nlohmann::json::parse(R"([{"name": "channel, 0", "unit": "mm"},
+                                                            {"name": "channel, 1", "unit": "mm/s"}])"));
+  auto values = after.section<float>("channels");
+  const auto rest = read(next_rows(log, cursor, 100));
+  CHECK_FALSE(rest.head.contains("channels"));
+  for (const float value : rest.section<float>("channels")) values.push_back(value);
+  REQUIRE(values.size() == 5 * 2 * 2);
+  const auto is_known = [&](std::size_t row, std::size_t c) { return !std::isnan(values[4 * row + 2 * c]); };
+  for (std::size_t row = 0; row < 5; ++row) {
+    CHECK(is_known(row, 0) == (row != 0 && row != 2));
+    CHECK(is_known(row, 1) == (row == 1 || row == 4));
+  }
+  CHECK(std::vector<float>(values.end() - 4, values.end()) == std::vector<float>{4, 0.25f, 104, 0.25f});
+
+  const std::string csv = to_csv(log, {});
+  const std::string first = csv.substr(0, csv.find('\n'));
+  CHECK(
+      first.ends_with(",\"channel, 0 [mm]\",\"channel, 0 bound_90 [mm]\",\"channel, 1 [mm/s]\","
+                      "\"channel, 1 bound_90 [mm/s]\""));
+  CHECK(csv.ends_with(",4,0.25,104,0.25\n"));
+  // The next test may have others.
+  WireResult next = with_channels(0, 1);
+  next.session = 2;
+  log.add(next);
+  CHECK(log.channels().size() == 1);
+  CHECK(log.channel_values().size() == 1);
+}
+
+TEST_CASE("channels: the log of many channels holds fewer rows, evenly spaced") {
+  constexpr std::size_t channels = 1000;
+  TestLog log;
+  for (std::uint64_t id = 0; id < 700; ++id) log.add(result_of(id));  // without channels
+  REQUIRE(log.rows().size() == 700);
+  for (std::uint64_t id = 700; id < 3000; ++id) log.add(with_channels(id, channels));
+  CHECK(log.channel_values().size() <= TestLog::most_channel_values);
+  CHECK(log.channel_values().size() == log.rows().size() * channels);
+  CHECK(log.rows().size() > TestLog::most_channel_values / channels / 2);
+  for (std::size_t row = 0; row < log.rows().size(); ++row) {
+    const std::uint64_t id = log.ids()[row];
+    CHECK(id == row * log.every());
+    const ChannelValue last = log.channel_values()[row * channels + channels - 1];
+    if (id >= 700) CHECK(last.value == static_cast<float>(100 * (channels - 1) + id));
+    if (id < 700) CHECK(std::isnan(last.value));
+  }
+}
+
 TEST_CASE("thinning keeps the cloud's extent, leaves out what is not finite, and moves it") {
   std::vector<Point> points;
   for (int i = 0; i < 1000; ++i) points.push_back({static_cast<float>(i), 0, 0});

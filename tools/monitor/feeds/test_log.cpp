@@ -1,6 +1,10 @@
 #include "tools/monitor/feeds/test_log.hpp"
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "tools/monitor/scene/packet.hpp"
+#include "tools/shared/cli/channel_column.hpp"
+#include "tools/shared/cli/csv_table.hpp"
+#include "tools/shared/intake/doubtful.hpp"
 
 #include <spdlog/fmt/fmt.h>
 #include <nlohmann/json.hpp>
@@ -52,6 +56,28 @@ std::string name_of(float simulation, std::span<const std::string> names) {
   return quoted + '"';
 }
 
+/// The names of the columns after the chances.
+std::string channel_heads(std::span<const TestLog::Channel> channels) {
+  std::string heads;
+  for (const TestLog::Channel& channel : channels)
+    for (const char* kind : {"", "bound_90"})
+      heads += "," + csv_field(channel_column(channel.name, kind, channel.unit));
+  return heads;
+}
+
+std::string channel_cells(const TestLog& log, std::size_t row) {
+  std::string cells;
+  for (const ChannelValue& channel : log.channel_values().subspan(row * log.channels().size(), log.channels().size()))
+    cells += "," + number(channel.value) + "," + number(channel.bound_90);
+  return cells;
+}
+
+nlohmann::json to_json(std::span<const TestLog::Channel> channels) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const TestLog::Channel& channel : channels) list.push_back({{"name", channel.name}, {"unit", channel.unit}});
+  return list;
+}
+
 }  // namespace
 
 void TestLog::add(const wire::WireResult& result) {
@@ -60,14 +86,16 @@ void TestLog::add(const wire::WireResult& result) {
   if (result.status == wire::WireStatus::end_of_stream && started_ && result.session == session_) complete_ = true;
   answer_.add(result);
   if (!started_ || fate == wire::Fate::not_a_capture) return;
+  name_channels(result);
   if (results_++ % every_ != 0) return;
-  if (rows_.size() >= capacity_) thin();
+  if (rows_.size() >= most_rows()) thin();
   // A refused frame may have no time; it gets the time of the row before it.
   const bool has_time = fate == wire::Fate::matched || (result.session == session_ && result.stamp_ns != 0);
   ids_.push_back(result.frame_id);
   rows_.push_back(row_of(result, has_time        ? seconds(result.stamp_ns)
                                  : rows_.empty() ? 0
                                                  : static_cast<double>(rows_.back()[time_s])));
+  add_channel_values(result);
 }
 
 void TestLog::begin(const wire::WireResult& first) {
@@ -79,14 +107,44 @@ void TestLog::begin(const wire::WireResult& first) {
   every_ = 1;
   rows_.clear();
   ids_.clear();
+  channels_.clear();
+  channel_values_.clear();
   ++epoch_;
+}
+
+void TestLog::name_channels(const wire::WireResult& result) {
+  if (!channels_.empty() || result.channels.empty()) return;
+  for (const wire::WireChannel& channel : result.channels)
+    if (channels_.size() < most_channels) channels_.push_back({channel.name, channel.unit});
+  channel_values_.assign(rows_.size() * channels_.size(), {});
+  if (!rows_.empty()) ++epoch_;
+  while (rows_.size() > most_rows()) thin();
+}
+
+void TestLog::add_channel_values(const wire::WireResult& result) {
+  const std::size_t begin = channel_values_.size();
+  channel_values_.resize(begin + channels_.size());
+  if (is_doubtful(result)) return;
+  for (std::size_t c = 0; c < std::min(channels_.size(), result.channels.size()); ++c)
+    if (result.channels[c].name == channels_[c].name) channel_values_[begin + c] = result.channels[c];
+}
+
+/// Even, so that thin() leaves evenly spaced results.
+std::size_t TestLog::most_rows() const noexcept {
+  if (channels_.empty()) return capacity_;
+  return std::min(capacity_, most_channel_values / channels_.size() / 2 * 2);
 }
 
 void TestLog::thin() {
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < rows_.size(); i += 2, ++kept) rows_[kept] = rows_[i], ids_[kept] = ids_[i];
+  for (std::size_t i = 0; i < rows_.size(); i += 2, ++kept) {
+    rows_[kept] = rows_[i], ids_[kept] = ids_[i];
+    for (std::size_t c = 0; c < channels_.size(); ++c)
+      channel_values_[kept * channels_.size() + c] = channel_values_[i * channels_.size() + c];
+  }
   rows_.resize(kept);
   ids_.resize(kept);
+  channel_values_.resize(kept * channels_.size());
   every_ *= 2;
   ++epoch_;
 }
@@ -108,10 +166,16 @@ std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
   values.reserve(count * TestLog::row_values);
   for (const TestLog::Row& row : log.rows().subspan(cursor.row, count))
     values.insert(values.end(), row.begin(), row.end());
+  std::vector<float> channels;
+  for (const ChannelValue& channel :
+       log.channel_values().subspan(cursor.row * log.channels().size(), count * log.channels().size()))
+    channels.insert(channels.end(), {channel.value, channel.bound_90});
   Packet packet;
   packet.add("rows", std::move(values));
-  const nlohmann::json head{{"type", "rows"},       {"epoch", log.epoch()},      {"first", cursor.row},
-                            {"every", log.every()}, {"columns", column_names()}, {"row_values", TestLog::row_values}};
+  packet.add("channels", std::move(channels));
+  nlohmann::json head{{"type", "rows"},       {"epoch", log.epoch()},      {"first", cursor.row},
+                      {"every", log.every()}, {"columns", column_names()}, {"row_values", TestLog::row_values}};
+  if (cursor.row == 0) head["channels"] = to_json(log.channels());
   cursor.row += count;
   return packet.finish(head);
 }
@@ -135,7 +199,7 @@ nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns, std::span<cons
 std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names) {
   std::string csv = fmt::format("{}", fmt::join(column_names(), ","));
   for (std::size_t k = 1; k <= TestLog::chances; ++k) csv += fmt::format(",simulation_{0},probability_{0}", k);
-  csv += '\n';
+  csv += channel_heads(log.channels()) + '\n';
   for (std::size_t i = 0; i < log.rows().size(); ++i) {
     for (std::size_t column = 0; column < TestLog::row_values; ++column) {
       const float value = log.rows()[i][column];
@@ -153,7 +217,7 @@ std::string to_csv(const TestLog& log, std::span<const std::string> simulation_n
       else
         csv += number(value);
     }
-    csv += '\n';
+    csv += channel_cells(log, i) + '\n';
   }
   return csv;
 }

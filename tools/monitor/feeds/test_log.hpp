@@ -38,7 +38,14 @@ class TestLog {
   static constexpr std::size_t row_values = column_count + 2 * chances;
   using Row = std::array<float, row_values>;
   static constexpr std::size_t default_capacity = 8192;
+  /// Of all channels together: with more than 64 channels a log holds fewer rows.
+  static constexpr std::size_t most_channel_values = std::size_t{1} << 19;
 
+  struct Channel {
+    std::string name, unit;
+  };
+
+  /// capacity: rows.
   explicit TestLog(std::size_t capacity = default_capacity) : capacity_(capacity) {}
 
   /// Adds a result. The first matched frame of another sender, or after the end of the stream, clears the log before.
@@ -51,6 +58,10 @@ class TestLog {
   [[nodiscard]] std::span<const Row> rows() const noexcept { return rows_; }
   /// Frame ids of the rows, whose floats do not hold large ones.
   [[nodiscard]] std::span<const std::uint64_t> ids() const noexcept { return ids_; }
+  /// The quantities of interest of the first frame of the test that has some.
+  [[nodiscard]] std::span<const Channel> channels() const noexcept { return channels_; }
+  /// rows x channels. Unknown in doubtful frames.
+  [[nodiscard]] std::span<const ChannelValue> channel_values() const noexcept { return channel_values_; }
   [[nodiscard]] bool is_complete() const noexcept { return complete_; }
   [[nodiscard]] std::uint64_t results() const noexcept { return results_; }
   [[nodiscard]] std::uint64_t session() const noexcept { return session_; }
@@ -61,7 +72,10 @@ class TestLog {
 
  private:
   void begin(const wire::WireResult& first);
+  void name_channels(const wire::WireResult& result);
+  void add_channel_values(const wire::WireResult& result);
   void thin();
+  [[nodiscard]] std::size_t most_rows() const noexcept;
   std::size_t capacity_;
   std::uint64_t epoch_ = 1, session_ = 0, results_ = 0;
   std::size_t every_ = 1;
@@ -70,19 +84,22 @@ class TestLog {
   TestAnswer answer_;
   std::vector<Row> rows_;
   std::vector<std::uint64_t> ids_;
+  std::vector<Channel> channels_;
+  std::vector<ChannelValue> channel_values_;
 };
 
 /// The names of the columns before the chances.
 [[nodiscard]] std::vector<std::string> column_names();
 
-/// A packet with at most `most` rows after the cursor, which moves; empty when there are none.
+/// A packet with at most `most` rows after the cursor, which moves; empty when there are none. Sections: "rows": rows x
+/// row_values; "channels": rows x channels x 2 (value, 90 % bound). The first packet of an epoch names the channels.
 [[nodiscard]] std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most);
 
 /// The test as the page reads it; `stamp_ns`: of the shown frame. "answer" is null before the test has a state.
 [[nodiscard]] nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns,
                                      std::span<const std::string> simulation_names);
 
-/// With one header line, and the names of simulations instead of their numbers.
+/// With one header line, the names of simulations instead of their numbers, and the channels last.
 [[nodiscard]] std::string to_csv(const TestLog& log, std::span<const std::string> simulation_names);
 
 }  // namespace lbea::tool

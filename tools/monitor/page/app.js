@@ -1,4 +1,5 @@
 // The page: receives messages of the server and shows the latest state.
+import { ChannelPanel } from "./channels.js";
 import { map, paint } from "./colors.js";
 import { DistanceChart, ForecastChart, ProbabilityChart } from "./charts.js";
 import { connect, readPacket } from "./connection.js";
@@ -36,6 +37,7 @@ class Page {
     this.verdict = new VerdictPanel(model);
     this.parameters = new ParameterTable(model);
     this.forecast = new ForecastPanel(model);
+    this.channels = new ChannelPanel(model.channels, () => (this.isStale.charts = true));
     this.health = new HealthBar();
     this.addColors();
     this.addControls();
@@ -132,6 +134,7 @@ class Page {
     this.verdict.update(head.result, head.test);
     this.parameters.update(head.result);
     this.forecast.update(head.model_differs ? {} : head.result);
+    if (head.test.results > 0) this.channels.update(head.model_differs ? {} : head.result);
     if (head.health) this.health.update(head.health, head.test);
     const note = byId("view-note"), text = this.noteOn(head);
     note.hidden = text === "";
@@ -165,6 +168,7 @@ class Page {
     this.probability.update(this.rows, now);
     this.distance.update(this.rows, now);
     this.forecastChart.update(this.rows, now);
+    this.channels.draw(this.rows, now);
     this.plane.update(this.rows, result?.matches[0]?.simulation ?? -1, now === undefined ? undefined : result.xyz);
   }
   recolor() {

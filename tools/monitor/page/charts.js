@@ -121,6 +121,33 @@ export class ForecastChart extends Chart {
   }
 }
 
+const orNull = (value) => (Number.isNaN(value) ? null : value);
+
+/// A quantity of interest with its 90 % interval. Doubtful frames leave gaps.
+export class ChannelChart extends Chart {
+  constructor(element, name) {
+    super(element);
+    this.name = name;
+  }
+  update(rows, now) {
+    const data = [[], [], [], []];
+    for (const r of shownRows(rows)) {
+      const [value, bound] = rows.channel(r, this.name);
+      data[0].push(rows.at(r, "time_s"));
+      data[1].push(orNull(value + bound));
+      data[2].push(orNull(value - bound));
+      data[3].push(orNull(value));
+    }
+    const edge = { stroke: style("--accent"), width: 0, points: { show: false } };
+    this.set("channel", () => ({
+      scales: { x: { time: false } },
+      axes: [this.timeAxis(), this.axis({ space: 2 * rem(), values: (_, splits) => splits.map((value) => String(+value.toPrecision(3))), size: 4.5 * rem() })],
+      series: [{}, edge, edge, { stroke: style("--accent"), width: rem() / 5, points: { show: rows.count < 60, size: rem() / 2 } }],
+      bands: [{ series: [1, 2], fill: `${style("--accent")}40` }],
+    }), data, now);
+  }
+}
+
 export class DistanceChart extends Chart {
   constructor(element, title, unit) {
     super(element);

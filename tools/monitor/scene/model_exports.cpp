@@ -74,6 +74,13 @@ nlohmann::json fields_of(const Model& model, const ModelRanges& ranges) {
   return fields;
 }
 
+nlohmann::json channels_of(const Model& model) {
+  nlohmann::json channels = nlohmann::json::array();
+  for (std::uint32_t i = 0; i < model.channels(); ++i)
+    channels.push_back({{"name", model.channel(i).name}, {"unit", model.channel(i).unit}});
+  return channels;
+}
+
 http::Response mesh_response(const Model& model, const Shape& shape) {
   const auto positions = positions_of(model, shape);
   io::VtuGrid grid{positions, model.element_nodes(), {}, {}, time_of(model, shape)};
@@ -126,6 +133,7 @@ std::string model_packet(const Model& model, const ModelRanges& ranges, const nl
                             {"simulations", simulations_of(model)},
                             {"parameters", parameters},
                             {"fields", fields_of(model, ranges)},
+                            {"channels", channels_of(model)},
                             {"lo", ranges.lo},
                             {"hi", ranges.hi},
                             {"nodes", model.nodes()},

@@ -1,6 +1,7 @@
 #include "tools/monitor/scene/scene.hpp"
 
 #include "tools/monitor/scene/packet.hpp"
+#include "tools/shared/intake/doubtful.hpp"
 
 #include <lbea/inference.hpp>
 #include <nlohmann/json.hpp>
@@ -112,6 +113,9 @@ nlohmann::json to_json(const wire::WireResult& result) {
   if (!result.fit.candidates.empty()) json["fit"] = to_json(result.fit);
   if (result.test.frames > 0) json["test"] = to_json(result.test);
   if (result.forecast.frames > 0) json["forecast"] = to_json(result.forecast);
+  for (const wire::WireChannel& channel : result.channels)
+    json["channels"].push_back({{"name", channel.name}, {"value", channel.value}, {"bound_90", channel.bound_90}});
+  json["doubtful"] = is_doubtful(result);
   return json;
 }
 
