@@ -4,7 +4,7 @@ import { interval } from "./forecast.js";
 /// The value with its 90 % interval, and what is not known of it. `channel`: as published with the frame, undefined when it was not.
 export function channelWords(unit, channel, { doubtful, verdict, status }) {
   if (doubtful) {
-    const why = status === "ok" ? verdict : status;
+    const why = verdict === "matched" || (verdict === "refused" && status !== "ok") ? status : verdict;
     return { value: "unknown", note: `frame in doubt: ${why.replaceAll("_", " ")}` };
   }
   if (!Number.isFinite(channel?.value)) return { value: "unknown", note: "" };

@@ -141,7 +141,7 @@ export class ChannelChart extends Chart {
     const edge = { stroke: style("--accent"), width: 0, points: { show: false } };
     this.set("channel", () => ({
       scales: { x: { time: false } },
-      axes: [this.timeAxis(), this.axis({ space: 2 * rem(), values: (_, splits) => splits.map((value) => String(+value.toPrecision(3))), size: 4.5 * rem() })],
+      axes: [this.timeAxis(), this.axis({ space: 1.5 * rem(), values: (_, splits) => splits.map((value) => String(+value.toPrecision(3))), size: 4.5 * rem() })],
       series: [{}, edge, edge, { stroke: style("--accent"), width: rem() / 5, points: { show: rows.count < 60, size: rem() / 2 } }],
       bands: [{ series: [1, 2], fill: `${style("--accent")}40` }],
     }), data, now);
