@@ -75,7 +75,7 @@ struct RoundedField {
   float largest_error = 0;
 };
 
-/// A channel, and which nodes it has.
+/// A channel, and which nodes or elements it has.
 struct ChannelReport {
   std::string name, unit;
   ChannelKind kind = ChannelKind::displacement;
@@ -83,6 +83,8 @@ struct ChannelReport {
   std::uint32_t cfc = 0;
   std::vector<std::uint32_t> node_ids;
   std::vector<double> distances;  // of the nodes from the given points, length unit
+  std::string field = {};         // of a minimum, maximum or mean
+  std::size_t elements = 0;       // the same: how many
 };
 
 inline constexpr double largest_usual_residual = 1e-9;

@@ -62,6 +62,9 @@ struct ChannelDescription {
   std::uint32_t cfc = 0;  // of velocities and accelerations: class of the filter of SAE J211
   std::vector<ChannelPoint> points;
   std::optional<double> reach;  // length unit: farther points are refused; not set: the mean length of the edges there
+  // Of a minimum, maximum or mean: a stored field, and the elements of these parts and with these ids; neither: all.
+  std::string field = {};
+  std::vector<std::uint32_t> parts = {}, elements = {};
 };
 
 struct EnsembleDescription {

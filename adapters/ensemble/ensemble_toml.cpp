@@ -156,6 +156,15 @@ void read_basis(TomlTable& table, bake::EnsembleDescription& into) {
 
 std::vector<std::string> words(std::span<const std::string_view> names) { return {names.begin(), names.end()}; }
 
+/// Of a minimum, maximum or mean.
+void read_elements(TomlTable& table, bake::ChannelDescription& channel) {
+  table.read("field", channel.field);
+  for (const auto& [key, ids] : {std::pair{"parts", &channel.parts}, std::pair{"elements", &channel.elements}}) {
+    table.read(key, *ids);
+    if (table.has(key) && ids->empty()) table.fail(key, "is empty; remove it for all, or name some");
+  }
+}
+
 bake::ChannelDescription read_channel(TomlTable& table) {
   bake::ChannelDescription channel;
   table.read("name", channel.name);
@@ -173,6 +182,7 @@ bake::ChannelDescription read_channel(TomlTable& table) {
                                                : bake::ChannelPoint{false, 0, std::get<std::array<double, 3>>(point)});
   }
   if (table.has("reach")) table.read("reach", channel.reach.emplace());
+  read_elements(table, channel);
   table.refuse_unknown_keys();
   return channel;
 }

@@ -1,10 +1,12 @@
 #include "precompute/channels/channel_series.hpp"
 
 #include "precompute/channels/cfc_filter.hpp"
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/model/model_format.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lbea::bake {
 namespace {
@@ -107,6 +109,7 @@ Track difference(const Track& a, const Track& b) {
 }  // namespace
 
 std::size_t nodes_of(ChannelKind kind) noexcept {
+  if (is_of_field(kind)) return 0;
   return kind == ChannelKind::intrusion ? 4 : kind == ChannelKind::distance ? 2 : 1;
 }
 
@@ -127,13 +130,30 @@ std::vector<double> channel_series(const PlannedChannel& channel, std::span<cons
       return components_of(difference(tracks[0], tracks[1]), ChannelComponent::resultant);
     case ChannelKind::intrusion:
       return components_of(since_first(in_local_system(tracks)), channel.component);
+    case ChannelKind::minimum:
+    case ChannelKind::maximum:
+    case ChannelKind::mean:
+      break;  // field_statistic()
   }
   refuse_run("its kind is unknown");
+}
+
+double field_statistic(const PlannedChannel& channel, std::span<const float> values) noexcept {
+  const auto value = [&](std::uint32_t element) { return double{values[element]}; };
+  const auto [least, most] = std::ranges::minmax_element(channel.elements, {}, value);
+  if (channel.kind != ChannelKind::mean) return value(channel.kind == ChannelKind::minimum ? *least : *most);
+  double sum = 0, area = 0;
+  for (std::size_t i = 0; i < channel.elements.size(); ++i) {
+    sum += channel.areas[i] * value(channel.elements[i]);
+    area += channel.areas[i];
+  }
+  return sum / area;
 }
 
 ChannelRecorder::ChannelRecorder(const std::vector<PlannedChannel>& channels, std::vector<std::uint32_t> nodes)
     : channels_(channels), nodes_(std::move(nodes)) {
   for (const PlannedChannel& channel : channels_) tracks_.emplace_back(channel.nodes.size());
+  statistics_.resize(channels_.size());
 }
 
 void ChannelRecorder::add(std::span<const float> positions, std::span<const std::uint32_t> node_ids, double time_s,
@@ -155,9 +175,32 @@ void ChannelRecorder::add(std::span<const float> positions, std::span<const std:
     }
 }
 
+void ChannelRecorder::add_fields(std::span<const std::vector<float>> fields, std::span<const SimulationField> names,
+                                 std::span<const std::uint32_t> element_ids, std::uint32_t state,
+                                 const std::string& run) {
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const PlannedChannel& channel = channels_[c];
+    if (!is_of_field(channel.kind)) continue;
+    const std::vector<float>& values = fields[channel.field];
+    for (const std::uint32_t element : channel.elements)
+      if (!format::is_measured(values[element]))
+        refuse_run("run " + run + ", state " + std::to_string(state) + ": field '" + names[channel.field].name +
+                   "' of element " + std::to_string(element_ids[element]) +
+                   " is not finite or beyond 1e12, and channel '" + channel.name +
+                   "' needs it; correct the run, leave it out or choose other elements");
+    statistics_[c].push_back(static_cast<float>(field_statistic(channel, values)));
+  }
+}
+
 std::vector<float> ChannelRecorder::values(std::span<const std::uint32_t> steps, const std::string& run) const {
   std::vector<float> values;
   for (std::size_t c = 0; c < channels_.size(); ++c) {
+    if (is_of_field(channels_[c].kind)) {
+      std::vector<float> statistics = statistics_[c];
+      statistics.resize(steps.size(), std::numeric_limits<float>::quiet_NaN());
+      values.insert(values.end(), statistics.begin(), statistics.end());
+      continue;
+    }
     const std::string where = "run " + run + ", channel '" + channels_[c].name + "': ";
     std::vector<double> series;
     try {

@@ -15,13 +15,16 @@ struct PlannedChannel {
   std::string name, unit;
   ChannelKind kind = ChannelKind::displacement;
   ChannelComponent component = ChannelComponent::resultant;
-  std::uint32_t cfc = 0;             // 0: not filtered
-  std::vector<std::uint32_t> nodes;  // of the common mesh
-  std::vector<double> distances;     // from the given points, length unit; 0: given by number
+  std::uint32_t cfc = 0;                     // 0: not filtered
+  std::vector<std::uint32_t> nodes;          // of the common mesh
+  std::vector<double> distances;             // from the given points, length unit; 0: given by number
+  std::uint32_t field = 0;                   // of a minimum, maximum or mean: which of the chosen fields
+  std::vector<std::uint32_t> elements = {};  // the same: of the common mesh, ascending
+  std::vector<double> areas = {};            // of these elements at impact, relative
 };
 
-/// How many nodes a channel has: 1; 2 of a distance; 4 of an intrusion, whose last three are its coordinate system: the
-/// origin, a node on the x axis, and one in the x-y plane on the side of positive y.
+/// How many nodes a channel has: 0 of a field; 1; 2 of a distance; 4 of an intrusion, whose last three are its
+/// coordinate system: the origin, a node on the x axis, and one in the x-y plane on the side of positive y.
 [[nodiscard]] std::size_t nodes_of(ChannelKind kind) noexcept;
 /// "mm", "mm/s" or "mm/s^2".
 [[nodiscard]] std::string unit_of(ChannelKind kind, const std::string& length_unit);
@@ -35,6 +38,10 @@ using Track = std::vector<Eigen::Vector3d>;
 [[nodiscard]] std::vector<double> channel_series(const PlannedChannel& channel, std::span<const double> times,
                                                  std::span<const Track> tracks);
 
+/// The minimum, maximum or mean, weighted by the areas, of a field over the channel's elements, whose values are
+/// finite. values: of all elements of the common mesh.
+[[nodiscard]] double field_statistic(const PlannedChannel& channel, std::span<const float> values) noexcept;
+
 /// The channels of a run, state by state.
 class ChannelRecorder {
  public:
@@ -45,14 +52,20 @@ class ChannelRecorder {
   /// Throws Error{bad_input} naming run, state and node if a position is missing, not finite or too large.
   void add(std::span<const float> positions, std::span<const std::uint32_t> node_ids, double time_s,
            const std::string& run);
-  /// channels x steps. steps: states. Throws Error{bad_input} naming run and channel.
+  /// Of the same state, when it is one of those of values(). fields: [field][element of the common mesh].
+  /// Throws Error{bad_input} naming run, state, field and element if a value is not finite or too large.
+  void add_fields(std::span<const std::vector<float>> fields, std::span<const SimulationField> names,
+                  std::span<const std::uint32_t> element_ids, std::uint32_t state, const std::string& run);
+  /// channels x steps. steps: states, all of them added. NaN: of a field that add_fields() was not given. Throws
+  /// Error{bad_input} naming run and channel.
   [[nodiscard]] std::vector<float> values(std::span<const std::uint32_t> steps, const std::string& run) const;
 
  private:
   const std::vector<PlannedChannel>& channels_;
   std::vector<std::uint32_t> nodes_;
   std::vector<double> times_;
-  std::vector<std::vector<Track>> tracks_;  // per channel, per node
+  std::vector<std::vector<Track>> tracks_;      // per channel, per node
+  std::vector<std::vector<float>> statistics_;  // per channel of a field, per step
 };
 
 }  // namespace lbea::bake

@@ -43,8 +43,13 @@ void check_kind(const ChannelDescription& channel, const std::string& where) {
   if (is_filtered && (channel.cfc < 1 || channel.cfc > most_cfc))
     refuse_channel(where + "needs the class of its filter, from 1 to 1000, like cfc = 60");
   if (!is_filtered && channel.cfc != 0) refuse_channel(where + "is not filtered; remove cfc");
-  if (channel.kind == ChannelKind::distance && channel.component != ChannelComponent::resultant)
-    refuse_channel(where + "is a distance, which has no components; remove component");
+  const bool is_statistic = is_of_field(channel.kind);
+  if ((is_statistic || channel.kind == ChannelKind::distance) && channel.component != ChannelComponent::resultant)
+    refuse_channel(where + "is a " + std::string(channel_kind_names[static_cast<std::size_t>(channel.kind)]) +
+                   ", which has no components; remove component");
+  if (is_statistic && channel.field.empty()) refuse_channel(where + "needs a field, like field = \"plastic_strain\"");
+  if (!is_statistic && !(channel.field.empty() && channel.parts.empty() && channel.elements.empty()))
+    refuse_channel(where + "is not of a field; remove field, parts and elements");
   if (const std::size_t needed = nodes_of(channel.kind); channel.points.size() != needed)
     refuse_channel(where + "needs " + std::to_string(needed) + (needed == 1 ? " point, not " : " points, not ") +
                    std::to_string(channel.points.size()));
@@ -104,6 +109,61 @@ class NodeFinder {
   const std::string& unit_;
 };
 
+std::uint32_t find_field(const std::vector<SimulationField>& fields, const std::string& name,
+                         const std::string& where) {
+  const auto found = std::ranges::find(fields, name, &SimulationField::name);
+  if (found != fields.end()) return static_cast<std::uint32_t>(found - fields.begin());
+  std::string known;
+  for (const SimulationField& field : fields) known += (known.empty() ? "" : ", ") + field.name;
+  refuse_channel(where + "names field '" + name + "', which the model does not store; it stores " +
+                 (known.empty() ? "none" : known) + ": correct it, or add it to fields");
+}
+
+void check_known(const std::vector<std::uint32_t>& ids, std::vector<std::uint32_t> known, const std::string& what) {
+  std::ranges::sort(known);
+  for (const std::uint32_t id : ids)
+    if (!std::ranges::binary_search(known, id))
+      refuse_channel(what + std::to_string(id) + ", which the surface that all runs have does not have; correct it");
+}
+
+/// Of the parts and with the ids; all if neither is given.
+std::vector<std::uint32_t> chosen_elements(const ChannelDescription& channel, const CommonMesh& mesh,
+                                           const std::string& where) {
+  check_known(channel.parts, mesh.element_parts, where + "names part ");
+  check_known(channel.elements, mesh.element_ids, where + "names element ");
+  const std::set<std::uint32_t> parts(channel.parts.begin(), channel.parts.end()),
+      ids(channel.elements.begin(), channel.elements.end());
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t e = 0; e < mesh.elements.size(); ++e)
+    if ((parts.empty() && ids.empty()) || parts.contains(mesh.element_parts[e]) || ids.contains(mesh.element_ids[e]))
+      chosen.push_back(e);
+  return chosen;
+}
+
+/// Of a quad along its nodes 0-2.
+double area_of(const Quad& element, std::span<const float> positions) {
+  const auto at = [&](std::size_t i) {
+    const float* p = &positions[std::size_t{3} * element[i]];
+    return Vector3d(double{p[0]}, double{p[1]}, double{p[2]});
+  };
+  const Vector3d diagonal = at(2) - at(0);
+  return ((at(1) - at(0)).cross(diagonal).norm() + diagonal.cross(at(3) - at(0)).norm()) / 2;
+}
+
+PlannedChannel planned_statistic(const ChannelDescription& channel, const Survey& survey, const Reference& reference) {
+  const std::string where = "channel '" + channel.name + "' ";
+  check_kind(channel, where);
+  const std::uint32_t field = find_field(survey.fields, channel.field, where);
+  PlannedChannel result{channel.name, survey.fields[field].unit, channel.kind, channel.component, 0, {}, {}, field};
+  result.elements = chosen_elements(channel, survey.mesh, where);
+  double sum = 0;
+  for (const std::uint32_t element : result.elements)
+    sum += result.areas.emplace_back(area_of(survey.mesh.elements[element], reference.states.front().positions));
+  if (channel.kind == ChannelKind::mean && !(sum > 0))
+    refuse_channel(where + "has elements without area at impact; choose other ones");
+  return result;
+}
+
 PlannedChannel planned(const ChannelDescription& channel, const NodeFinder& finder, const std::string& length_unit) {
   const std::string where = "channel '" + channel.name + "' ";
   check_kind(channel, where);
@@ -127,7 +187,8 @@ void plan_channels(BakePlan& plan, const Reference& reference) {
   const NodeFinder finder(plan.survey.mesh, plan.survey.reference_node_ids, reference, unit);
   plan.channels.clear();
   for (const ChannelDescription& channel : plan.description.channels)
-    plan.channels.push_back(planned(channel, finder, unit));
+    plan.channels.push_back(is_of_field(channel.kind) ? planned_statistic(channel, plan.survey, reference)
+                                                      : planned(channel, finder, unit));
 }
 
 }  // namespace lbea::bake

@@ -96,6 +96,7 @@ void add_channels(SmallSections& sections, const BakePlan& plan) {
     names.insert(names.end(), {channel.name, channel.unit});
     ChannelRow row{static_cast<std::uint32_t>(channel.kind), static_cast<std::uint32_t>(channel.component), channel.cfc,
                    static_cast<std::uint32_t>(channel.nodes.size())};
+    if (is_of_field(channel.kind)) row.node_ids = {channel.field, count32(channel.elements.size(), "elements"), 0, 0};
     for (std::size_t k = 0; k < channel.nodes.size(); ++k)
       row.node_ids[k] = plan.survey.mesh.node_ids[channel.nodes[k]];
     const auto words = std::bit_cast<std::array<std::uint32_t, channel_words>>(row);

@@ -161,9 +161,11 @@ BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasi
 }
 
 /// The nodes as numbers, and how far they are from given points.
-ChannelReport described(const PlannedChannel& channel, const CommonMesh& mesh) {
+ChannelReport described(const PlannedChannel& channel, const Survey& survey) {
   ChannelReport report{channel.name, channel.unit, channel.kind, channel.component, channel.cfc, {}, channel.distances};
-  for (const std::uint32_t node : channel.nodes) report.node_ids.push_back(mesh.node_ids[node]);
+  for (const std::uint32_t node : channel.nodes) report.node_ids.push_back(survey.mesh.node_ids[node]);
+  report.elements = channel.elements.size();
+  if (report.elements > 0) report.field = survey.fields[channel.field].name;
   return report;
 }
 
@@ -187,7 +189,7 @@ void add_facts(const BakePlan& plan, BakeSummary& summary) {
   for (std::size_t run = 0; run < survey.runs.size(); ++run)
     if (survey.runs[run].mapping) summary.mapped.push_back({plan.ensemble.runs[run].name, *survey.runs[run].mapping});
   summary.warnings = survey.warnings;
-  for (const PlannedChannel& channel : plan.channels) summary.channels.push_back(described(channel, survey.mesh));
+  for (const PlannedChannel& channel : plan.channels) summary.channels.push_back(described(channel, survey));
   constexpr std::size_t few = 5;
   const std::size_t runs = survey.runs.size();  // without those that were left out
   if (plan.camera && runs < few)

@@ -1,6 +1,7 @@
 #include "precompute/samples/sample_record.hpp"
 
 #include "precompute/parallel.hpp"
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
 
@@ -80,11 +81,12 @@ class RunProjector {
     for (const std::uint32_t step : states_to_read(reader, survey)) {
       stage.check();
       reader.read(step, state_);
-      if (!plan_.channels.empty()) channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name);
+      if (needs_all_states()) channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name);
       if (!std::ranges::binary_search(survey.steps, step)) continue;
       check_state(reader, state_, name, step);
       copy_positions(mapping);
       copy_fields(mapping, survey);
+      channels.add_fields(sample_.fields, plan_.survey.fields, plan_.survey.mesh.element_ids, step, name);
       if (index_.build(points_, identity_transform).used != points_.size())
         throw Error(Status::bad_input, "run " + name + " changed while it was read; bake again");
       for (std::size_t reference = 0; reference < moments_.size(); ++reference) project_onto(reference);
@@ -96,10 +98,13 @@ class RunProjector {
   }
 
  private:
-  /// Channels need all states: displacements count from the first one, derivatives depend on the neighbors.
+  /// Channels of nodes do: displacements count from the first one, derivatives depend on the neighbors.
+  [[nodiscard]] bool needs_all_states() const {
+    return std::ranges::any_of(plan_.channels, [](const PlannedChannel& c) { return !is_of_field(c.kind); });
+  }
   [[nodiscard]] std::vector<std::uint32_t> states_to_read(const SimulationReader& reader,
                                                           const RunSurvey& survey) const {
-    if (plan_.channels.empty()) return survey.steps;
+    if (!needs_all_states()) return survey.steps;
     std::vector<std::uint32_t> states(reader.states());
     std::iota(states.begin(), states.end(), 0u);
     return states;

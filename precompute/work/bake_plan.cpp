@@ -7,7 +7,7 @@ namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
 constexpr std::uint32_t work_version = 6;
-constexpr WorkName plan_name{WorkKind::plan, 5};  // the number: to be raised with every change of the content of a plan
+constexpr WorkName plan_name{WorkKind::plan, 6};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
@@ -32,8 +32,12 @@ static void members(auto& a, StepSelection& s) { a(s.first, s.last, s.stride, s.
 static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
 static void members(auto& a, ChannelPoint& p) { a(p.is_node, p.node, p.position); }
-static void members(auto& a, ChannelDescription& c) { a(c.name, c.kind, c.component, c.cfc, c.points, c.reach); }
-static void members(auto& a, PlannedChannel& c) { a(c.name, c.unit, c.kind, c.component, c.cfc, c.nodes, c.distances); }
+static void members(auto& a, ChannelDescription& c) {
+  a(c.name, c.kind, c.component, c.cfc, c.points, c.reach, c.field, c.parts, c.elements);
+}
+static void members(auto& a, PlannedChannel& c) {
+  a(c.name, c.unit, c.kind, c.component, c.cfc, c.nodes, c.distances, c.field, c.elements, c.areas);
+}
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
     d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.channels,

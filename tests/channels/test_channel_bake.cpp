@@ -195,7 +195,7 @@ TEST_CASE("channels: damaged sections are refused") {
     forge(copy.span(), id, [&](format::SectionEntry&, std::span<std::byte> section) { set(section, index, value); });
     return status_of(copy.span());
   };
-  CHECK(status_with(SectionId::channel_kinds, 0, 5u) == Status::corrupt_model);
+  CHECK(status_with(SectionId::channel_kinds, 0, 8u) == Status::corrupt_model);
   CHECK(status_with(SectionId::channel_kinds, 1, 4u) == Status::corrupt_model);
   for (const std::uint32_t nodes : {0u, 5u})
     CHECK(status_with(SectionId::channel_kinds, 3, nodes) == Status::corrupt_model);

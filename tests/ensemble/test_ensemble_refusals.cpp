@@ -88,6 +88,10 @@ TEST_CASE("channels that cannot be are refused with key and line") {
   for (const char* points : {"4711", "[-1]", "[1.5]", "[[1, 2]]", "[[1, 2, nan]]", "[\"a\"]"})
     check_refused(std::string("channel = [{name = \"a\", kind = \"velocity\", points = ") + points + "}]",
                   {"needs a list of node numbers or places"});
+  check_refused("channel = [{name = \"a\", kind = \"mean\", field = 1}]", {"\"channel.field\"", "text in quotes"});
+  for (const char* key : {"parts", "elements"})
+    check_refused(std::string("channel = [{name = \"a\", kind = \"mean\", ") + key + " = []}]",
+                  {std::string("\"channel.") + key + "\" is empty; remove it for all"});
   check_refused("channel = [{name = \"a\", kind = \"velocity\", node = 1}]", {"unknown key \"channel.node\""});
 }
 

@@ -62,6 +62,32 @@ reach = 4
   CHECK(channels[1].reach == 4);
 }
 
+TEST_CASE("channels of a field are read with parts and elements") {
+  const EnsembleFile ensemble;
+  const auto channels = ensemble
+                            .read(R"(runs = ["runs/*"]
+[[channel]]
+name = "strain"
+kind = "maximum"
+field = "plastic_strain"
+parts = [3]
+elements = [501, 7]
+[[channel]]
+name = "mean"
+kind = "mean"
+field = "stress"
+)")
+                            .channels;
+  REQUIRE(channels.size() == 2);
+  CHECK(channels[0].kind == ChannelKind::maximum);
+  CHECK(channels[0].field == "plastic_strain");
+  CHECK(channels[0].parts == std::vector<std::uint32_t>{3});
+  CHECK(channels[0].elements == std::vector<std::uint32_t>{501, 7});
+  CHECK(channels[1].kind == ChannelKind::mean);
+  CHECK(channels[1].parts.empty());
+  CHECK(channels[1].elements.empty());
+}
+
 TEST_CASE("what is not said keeps its default") {
   const EnsembleFile ensemble;
   const EnsembleDescription read = ensemble.read("runs = [\"runs/*\"]"), standard;

@@ -61,9 +61,21 @@ Json mapped_runs(const bake::BakeSummary& summary) {
   return mapped;
 }
 
+/// Of a statistic of a field: "minimum of FIELD on N elements".
+std::string statistic_text(const bake::ChannelReport& channel) {
+  return formatted("%s of %s on %zu elements",
+                   std::string(channel_kind_names[static_cast<std::size_t>(channel.kind)]).c_str(),
+                   printable(channel.field).c_str(), channel.elements);
+}
+
 /// With the distances of the nodes from given points.
 void print_channels(const bake::BakeSummary& summary) {
   for (const bake::ChannelReport& channel : summary.channels) {
+    if (channel.elements > 0) {
+      std::printf("channel        %s [%s]: %s\n", printable(channel.name).c_str(), channel.unit.c_str(),
+                  statistic_text(channel).c_str());
+      continue;
+    }
     std::string nodes;
     for (std::size_t i = 0; i < channel.node_ids.size(); ++i) {
       nodes += (i == 0 ? "" : ", ") + std::to_string(channel.node_ids[i]);
@@ -86,7 +98,9 @@ Json channels_of(const bake::BakeSummary& summary) {
                         {"component", channel_component_names[static_cast<std::size_t>(channel.component)]},
                         {"cfc", channel.cfc},
                         {"nodes", channel.node_ids},
-                        {"distances", channel.distances}});
+                        {"distances", channel.distances},
+                        {"field", channel.field.empty() ? Json() : Json(channel.field)},
+                        {"elements", channel.elements}});
   return channels;
 }
 

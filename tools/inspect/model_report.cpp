@@ -174,21 +174,29 @@ Json channels_json(const Model& model) {
   for (std::uint32_t c = 0; c < model.channels(); ++c) {
     const ChannelInfo info = model.channel(c);
     const ChannelRow row = model.view().channels->row(c);
+    const bool is_statistic = is_of_field(info.kind);
     list.push_back({{"name", info.name},
                     {"unit", info.unit},
                     {"kind", channel_kind_names[static_cast<std::size_t>(info.kind)]},
                     {"component", channel_component_names[static_cast<std::size_t>(info.component)]},
                     {"cfc", info.cfc},
-                    {"nodes", std::vector<std::uint32_t>(row.node_ids.begin(), row.node_ids.begin() + row.nodes)}});
+                    {"nodes", std::vector<std::uint32_t>(row.node_ids.begin(), row.node_ids.begin() + row.nodes)},
+                    {"field", is_statistic ? Json(model.field(row.field()).name) : Json()},
+                    {"elements", is_statistic ? row.elements() : 0}});
   }
   return list;
 }
 
 void print_channels(const Json& channels) {
-  for (const Json& channel : channels)
-    std::printf("  %-16s [%s] %s %s of nodes %s, CFC %s\n", text(channel["name"]).c_str(),
-                text(channel["unit"]).c_str(), text(channel["kind"]).c_str(), text(channel["component"]).c_str(),
-                channel["nodes"].dump().c_str(), text(channel["cfc"]).c_str());
+  for (const Json& channel : channels) {
+    std::printf("  %-16s [%s] %s ", text(channel["name"]).c_str(), text(channel["unit"]).c_str(),
+                text(channel["kind"]).c_str());
+    if (channel["field"].is_null())
+      std::printf("%s of nodes %s, CFC %s\n", text(channel["component"]).c_str(), channel["nodes"].dump().c_str(),
+                  text(channel["cfc"]).c_str());
+    else
+      std::printf("of %s on %s elements\n", text(channel["field"]).c_str(), text(channel["elements"]).c_str());
+  }
 }
 
 /// Everything but the large arrays. Verifies the whole file first.

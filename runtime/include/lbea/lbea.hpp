@@ -120,17 +120,20 @@ enum class ChannelKind : std::uint32_t {
   acceleration,  // of a node, filtered
   distance,      // of two nodes
   intrusion,     // of a node since the run's first state, along axes that move with three nodes
+  minimum,       // of a field over elements
+  maximum,       // of a field over elements
+  mean,          // of a field over elements, weighted by their areas at impact
 };
 enum class ChannelComponent : std::uint32_t { x, y, z, resultant };
-inline constexpr std::array<std::string_view, 5> channel_kind_names{"displacement", "velocity", "acceleration",
-                                                                    "distance", "intrusion"};
+inline constexpr std::array<std::string_view, 8> channel_kind_names{
+    "displacement", "velocity", "acceleration", "distance", "intrusion", "minimum", "maximum", "mean"};
 inline constexpr std::array<std::string_view, 4> channel_component_names{"x", "y", "z", "resultant"};
 
 /// A quantity of interest that the ensemble description names; a number per sample.
 struct ChannelInfo {
   std::string_view name, unit;
   ChannelKind kind = ChannelKind::displacement;
-  ChannelComponent component = ChannelComponent::resultant;  // of a distance: resultant
+  ChannelComponent component = ChannelComponent::resultant;  // of a distance or a field: resultant
   std::uint32_t cfc = 0;  // channel frequency class of SAE J211 by which it is filtered; 0: it is not
 };
 

@@ -27,10 +27,13 @@ void read_names(const SectionReader& sections, LearnedChannels& into) {
   if (into.names.size() != into.units.size()) sections.fail(SectionId::channel_names, 0, "a channel has no unit");
 }
 
-void check_row(const SectionReader& sections, const ChannelRow& row) {
-  if (row.kind >= channel_kind_names.size() || row.component >= channel_component_names.size() || row.nodes == 0 ||
-      row.nodes > ChannelRow::most_nodes)
-    sections.fail(SectionId::channel_kinds, 0, "a kind, component or number of nodes is unknown");
+void check_row(const SectionReader& sections, const ChannelRow& row, const format::Info& info) {
+  const bool is_known = row.kind < channel_kind_names.size() && row.component < channel_component_names.size();
+  const bool has_place = is_of_field(static_cast<ChannelKind>(row.kind))
+                             ? row.nodes == 0 && row.field() < info.fields && row.elements() > 0
+                             : row.nodes > 0 && row.nodes <= ChannelRow::most_nodes;
+  if (!is_known || !has_place)
+    sections.fail(SectionId::channel_kinds, 0, "a kind, component, field or number of nodes or elements is unknown");
 }
 
 }  // namespace
@@ -57,7 +60,7 @@ std::shared_ptr<const LearnedChannels> read_channels(const SectionReader& sectio
   channels.values = sections.required<float>(SectionId::channel_values, {count, info.samples, 1});
   channels.bounds =
       sections.optional<std::array<double, 3>>(SectionId::channel_bounds, {count, LearnedChannels::kinds, 3});
-  for (std::size_t channel = 0; channel < count; ++channel) check_row(sections, channels.row(channel));
+  for (std::size_t channel = 0; channel < count; ++channel) check_row(sections, channels.row(channel), info);
   if (!sections.content(SectionId::channel_values).is_measured)
     sections.fail(SectionId::channel_values, 0, "a value is not finite or too large");
   for (const auto& numbers : channels.bounds)

@@ -19,14 +19,20 @@ struct ModelView;
 /// That a bake accepts.
 inline constexpr std::size_t most_channels = 1024;
 
+/// Whether the channel is a statistic of a field and has no nodes.
+[[nodiscard]] constexpr bool is_of_field(ChannelKind kind) noexcept { return kind >= ChannelKind::minimum; }
+
 /// Section `channel_kinds`: one row per channel.
 struct ChannelRow {
   static constexpr std::size_t most_nodes = 4;
-  std::uint32_t kind = 0;       // ChannelKind
-  std::uint32_t component = 0;  // ChannelComponent
-  std::uint32_t cfc = 0;        // SAE J211 channel frequency class; 0: not filtered
-  std::uint32_t nodes = 0;      // how many of the following are used
-  std::array<std::uint32_t, most_nodes> node_ids{};
+  std::uint32_t kind = 0;                            // ChannelKind
+  std::uint32_t component = 0;                       // ChannelComponent
+  std::uint32_t cfc = 0;                             // SAE J211 channel frequency class; 0: not filtered
+  std::uint32_t nodes = 0;                           // how many of the following are used
+  std::array<std::uint32_t, most_nodes> node_ids{};  // of a field: its index, the number of elements, 0, 0
+
+  [[nodiscard]] std::uint32_t field() const noexcept { return node_ids[0]; }
+  [[nodiscard]] std::uint32_t elements() const noexcept { return node_ids[1]; }
 };
 inline constexpr std::size_t channel_words = 8;
 static_assert(sizeof(ChannelRow) == channel_words * sizeof(std::uint32_t));

@@ -1,5 +1,6 @@
 #include "tools/eval/channels/channel_tables.hpp"
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "tools/eval/evaluation_report.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
@@ -11,7 +12,7 @@ namespace {
 
 std::string kind_of(const ChannelInfo& info) {
   std::string text(channel_kind_names[static_cast<std::size_t>(info.kind)]);
-  if (info.kind != ChannelKind::distance)
+  if (info.kind != ChannelKind::distance && !is_of_field(info.kind))
     text += " " + std::string(channel_component_names[static_cast<std::size_t>(info.component)]);
   return info.cfc == 0 ? text : text + ", CFC " + std::to_string(info.cfc);
 }
@@ -36,9 +37,9 @@ class ChannelMeans {
   [[nodiscard]] double peak() const {
     std::vector<double> tests;
     for (const TestTrial& test : round_.tests) {
-      double most = 0;
+      double most = not_measured;
       for (const FrameTrial& frame : test.frames)
-        if (channel_ < frame.channels.size()) most = std::max(most, std::abs(frame.channels[channel_].truth));
+        if (channel_ < frame.channels.size()) most = std::fmax(most, std::abs(frame.channels[channel_].truth));
       tests.push_back(most);
     }
     return mean(tests);
@@ -51,7 +52,7 @@ class ChannelMeans {
 
 double error_of(const ChannelScore& score) { return std::abs(score.value - score.truth); }
 double is_within(const ChannelScore& score) {
-  return std::isnan(score.bound_90) ? not_measured : error_of(score) <= score.bound_90 ? 1 : 0;
+  return std::isnan(score.bound_90 + score.truth) ? not_measured : error_of(score) <= score.bound_90 ? 1 : 0;
 }
 
 double final_error_of(const ChannelScore& score) { return std::abs(score.final_value - score.final_truth); }
