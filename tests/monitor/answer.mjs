@@ -24,11 +24,11 @@ assert.deepEqual(new ParameterTable({}).leaders({ matches: [{ simulation: 3, dis
 // A quantity of interest: what is known of it, and what is not.
 const sure = { doubtful: false, verdict: "matched", status: "ok" }, known = { value: -12.3456, bound_90: 0.5 };
 assert.deepEqual(channelWords("mm", known, sure), { value: "-12.35 \u00b1 0.50 mm", note: "(90 %)" });
-assert.deepEqual(channelWords("1", { value: 0.1234, bound_90: null }, sure), { value: "0.123", note: "interval unknown" });
-assert.equal(channelWords("mm", known, { doubtful: true, verdict: "matched", status: "low_coverage" }).note, "frame in doubt: low coverage");
+assert.deepEqual(channelWords("1", { value: 0.1234, bound_90: null }, sure), { value: "0.123", note: "(interval unknown)" });
+assert.equal(channelWords("mm", known, { doubtful: true, verdict: "matched", status: "low_coverage" }).note, "(frame in doubt: low coverage)");
 for (const channel of [undefined, { value: null, bound_90: null }]) assert.deepEqual(channelWords("mm", channel, sure), { value: "unknown", note: "" });
-assert.deepEqual(channelWords("mm", known, { doubtful: true, verdict: "no_simulation_fits", status: "ok" }), { value: "unknown", note: "frame in doubt: no simulation fits" });
-assert.deepEqual(channelWords("mm", undefined, { doubtful: true, verdict: "refused", status: "too_few_points" }), { value: "unknown", note: "frame in doubt: too few points" });
+assert.deepEqual(channelWords("mm", known, { doubtful: true, verdict: "no_simulation_fits", status: "ok" }), { value: "unknown", note: "(frame in doubt: no simulation fits)" });
+assert.deepEqual(channelWords("mm", undefined, { doubtful: true, verdict: "refused", status: "too_few_points" }), { value: "unknown", note: "(frame in doubt: too few points)" });
 
 // Their curves come in parts, and are unknown where the rows have no such channel.
 {

@@ -70,6 +70,16 @@ async function checkSizes(page) {
     assert.deepEqual(layout, { wide: false, small: [] }, `layout at ${width}x${height}`);
   }
   await page.setViewportSize({ width: 1280, height: 720 });
+  // As many channels as do not fit: they scroll, and the columns of the page keep their widths.
+  const widths = await page.evaluate(() => {
+    const cards = [...document.querySelectorAll(".channel")], all = () => ["#view", "#stage", "#panels", "#channels"].map((e) => document.querySelector(e).clientWidth);
+    const before = all();
+    for (const { style } of cards) style.flexBasis = "60rem";
+    const after = all(), scrolls = document.getElementById("channels").scrollWidth > after[3];
+    for (const { style } of cards) style.flexBasis = "";
+    return { before, after, scrolls };
+  });
+  assert.deepEqual(widths, { before: widths.before, after: widths.before, scrolls: true }, "more channels than fit");
 }
 
 /// A frame in the middle of the recording, and the curves of the whole test at once.
@@ -122,7 +132,7 @@ async function main() {
     watcher = await monitor();
     page = await open(browser, watcher.url);
     await send("--rate", "20").ended;
-    await until(async () => /^-[\d.]+ mm interval unknown$/.test(await valueOf(page, 0)), () => valueOf(page, 0));
+    await until(async () => /^-[\d.]+ mm \(interval unknown\)$/.test(await valueOf(page, 0)), () => valueOf(page, 0));
     await draws(page, 0, ({ curve, band }) => curve > 0.5 && band < 0.02, "a curve without intervals");
     await page.screenshot({ path: join(out, "channels-lbea.png") });
     assert.deepEqual(page.complaints, [], "console, lbea");
@@ -134,7 +144,7 @@ async function main() {
     page = await open(browser, watcher.url);
     await send("--rate", "20").ended;
     await until(async () => /complete/.test(await words(page, "verdict-why")), "the end of the doubtful test is not shown", 60_000);
-    await until(async () => /^unknown frame in doubt: no simulation fits$/.test(await valueOf(page, 0)), () => valueOf(page, 0));
+    await until(async () => /^unknown \(frame in doubt: no simulation fits\)$/.test(await valueOf(page, 0)), () => valueOf(page, 0));
     await until(async () => (await card(page, 0).locator("canvas").count()) === 1, "the empty chart is not drawn");
     await page.screenshot({ path: join(out, "channels-doubtful.png") });
     assert.ok((await curve(page, 0)).curve < 0.05, "doubtful values are drawn");

@@ -5,10 +5,10 @@ import { interval } from "./forecast.js";
 export function channelWords(unit, channel, { doubtful, verdict, status }) {
   if (doubtful) {
     const why = verdict === "matched" || (verdict === "refused" && status !== "ok") ? status : verdict;
-    return { value: "unknown", note: `frame in doubt: ${why.replaceAll("_", " ")}` };
+    return { value: "unknown", note: `(frame in doubt: ${why.replaceAll("_", " ")})` };
   }
   if (!Number.isFinite(channel?.value)) return { value: "unknown", note: "" };
   const { value, bound_90: bound } = channel, after = unit && unit !== "1" ? ` ${unit}` : "";
-  if (!Number.isFinite(bound)) return { value: `${interval(value)}${after}`, note: "interval unknown" };
+  if (!Number.isFinite(bound)) return { value: `${interval(value)}${after}`, note: "(interval unknown)" };
   return { value: `${interval(value, bound)}${after}`, note: "(90 %)" };
 }
