@@ -152,8 +152,12 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
     for (const auto& number : fit_numbers)
       if (!row.result.fit.candidates.empty()) line["fit"][number.name] = row.result.fit.*number.value;
     for (const wire::WireChannel& channel : row.result.channels)
-      line["channels"].push_back(
-          {{"name", channel.name}, {"unit", channel.unit}, {"value", channel.value}, {"bound_90", channel.bound_90}});
+      line["channels"].push_back({{"name", channel.name},
+                                  {"unit", channel.unit},
+                                  {"value", channel.value},
+                                  {"bound_90", channel.bound_90},
+                                  {"end_value", channel.end.value},
+                                  {"end_bound_90", channel.end.bound_90}});
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
     if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
     if (row.on_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path->time_step}};

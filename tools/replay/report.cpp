@@ -51,8 +51,12 @@ std::string result_json(const wire::WireResult& result) {
   for (const auto& number : fit_numbers)
     if (!result.fit.candidates.empty()) json["fit"][number.name] = result.fit.*number.value;
   for (const wire::WireChannel& channel : result.channels)
-    json["channels"].push_back(
-        {{"name", channel.name}, {"unit", channel.unit}, {"value", channel.value}, {"bound_90", channel.bound_90}});
+    json["channels"].push_back({{"name", channel.name},
+                                {"unit", channel.unit},
+                                {"value", channel.value},
+                                {"bound_90", channel.bound_90},
+                                {"end_value", channel.end.value},
+                                {"end_bound_90", channel.end.bound_90}});
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
 }
 
