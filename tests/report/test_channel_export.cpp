@@ -118,6 +118,26 @@ TEST_CASE("signals of the test and of the simulation are in SI units, since the 
   }
 }
 
+// Regression: the export read beyond its table of units, and scaled strains like lengths.
+TEST_CASE("a field's channel keeps its unit, and has no code of its own") {
+  EnsembleDescription description = bent_plates_description();
+  ChannelDescription& strain = description.channels.emplace_back();
+  strain.name = "strain";
+  strain.kind = ChannelKind::maximum;
+  strain.field = "plastic_strain";
+  const TemporaryFolder folder;
+  bake_model(bent_plates({.runs = 4, .steps = 41}), description, folder / "m.lbea");
+  const AlignedBytes bytes(folder / "m.lbea");
+  const Model of_strain = Model::view(bytes.span());
+  const io::MmeTest test = mme_of(report_of(bytes, frames_of(of_strain, 2)));
+  REQUIRE(test.channels.size() == 2);
+  CHECK(test.channels[1].code.text() == "0000000001000000");
+  CHECK(test.channels[1].unit == "1");
+  for (std::uint32_t step = 0; step < 41; ++step)
+    CHECK(test.channels[1].values[step] ==
+          doctest::Approx(double{of_strain.channel_value(0, of_strain.sample_index({2, step}))}));
+}
+
 TEST_CASE("frames without a value leave holes; without an impact, times count from the first frame") {
   std::vector<wire::WireResult> frames = frames_of(model(), 0);
   frames[10].channels[0].value = std::nanf("");
@@ -133,6 +153,8 @@ TEST_CASE("frames without a value leave holes; without an impact, times count fr
   CHECK(one.channels[0].first_s == 0);
   CHECK(one.channels[0].values.size() == 1);
   CHECK(one.facts.back().second == "time 0: the first frame; the impact is not known");
+  // Regression: the simulation's times counted from its own impact.
+  CHECK(std::ranges::count(one.channels, "simulation", &io::MmeChannel::source) == 0);
   CHECK(csv_of(single).starts_with("frame,time since first frame [s],"));
 }
 

@@ -34,6 +34,15 @@ void require_other_file(const std::filesystem::path& output, const std::filesyst
     throw WrongUsage(output.string() + " would replace " + input.string() + "; give another name");
 }
 
+/// names: of the options.
+void require_different(const std::filesystem::path& a, const std::filesystem::path& b, const char* names) {
+  const auto place = [](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path) / "").parent_path();
+  };
+  if (!a.empty() && !b.empty() && place(a) == place(b))
+    throw WrongUsage(std::string(names) + " have the same destination; give another name");
+}
+
 void require_destinations(const Options& options) {
   if (options.output.empty() && options.csv.empty() && options.mme.empty() && !options.json)
     throw WrongUsage("no destination. Give -o REPORT.html, --json, --channels-csv FILE or --mme FOLDER");
@@ -41,8 +50,9 @@ void require_destinations(const Options& options) {
     require_other_file(*file, options.report.recording);
     require_other_file(*file, options.report.model_file);
   }
-  if (!options.csv.empty() && options.csv == options.output)
-    throw WrongUsage("-o and --channels-csv are the same file; give another name");
+  require_different(options.output, options.csv, "-o and --channels-csv");
+  require_different(options.output, options.mme, "-o and --mme");
+  require_different(options.csv, options.mme, "--channels-csv and --mme");
   if (!options.mme.empty()) io::require_new_folder(options.mme);
 }
 

@@ -1,5 +1,6 @@
 #include "tools/report/content/channel_export.hpp"
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 
 #include <algorithm>
@@ -54,17 +55,22 @@ std::vector<ChannelInfo> channels_of(const Model& model) {
   return channels;
 }
 
-constexpr std::array<const char*, 5> dimensions{"DS", "VE", "AC", "DC", "DS"};   // of ChannelKind
-constexpr std::array<const char*, 5> si_units{"m", "m/s", "m/(s*s)", "m", "m"};  // of ChannelKind
-constexpr std::array<char, 4> directions{'X', 'Y', 'Z', 'R'};                    // of ChannelComponent
+// Of ChannelKind, without those of fields.
+constexpr std::array<const char*, 5> dimensions{"DS", "VE", "AC", "DC", "DS"};
+constexpr std::array<const char*, 5> si_units{"m", "m/s", "m/(s*s)", "m", "m"};
+static_assert(is_of_field(static_cast<ChannelKind>(si_units.size())) && dimensions.size() == si_units.size());
+constexpr std::array<char, 4> directions{'X', 'Y', 'Z', 'R'};  // of ChannelComponent
 
-/// Without its values. `info`: null for a channel that the model does not have; its unit then remains.
+/// Whether the unit is one of lengths. `info`: null for a channel that the model does not have.
+bool has_si_unit(const ChannelInfo* info) { return info != nullptr && !is_of_field(info->kind); }
+
+/// Without its values. Without an SI unit, its own remains.
 io::MmeChannel described(const TestChannel& channel, const ChannelInfo* info, std::size_t number) {
   io::MmeChannel mme;
   mme.name = channel.name;
   mme.unit = channel.unit;
   mme.code = {static_cast<std::uint32_t>(number), "00", '0', '0'};
-  if (info == nullptr) return mme;
+  if (!has_si_unit(info)) return mme;
   const auto kind = static_cast<std::size_t>(info->kind);
   mme.unit = si_units[kind];
   mme.cfc = info->cfc;
@@ -144,13 +150,13 @@ io::MmeTest mme_of(const TestReport& report) {
   add_facts(report, test);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const ChannelInfo* info = find(known, channels[c]);
-    const double factor = info == nullptr ? 1 : meters;
+    const double factor = has_si_unit(info) ? meters : 1;
     io::MmeChannel& of_test = test.channels.emplace_back(described(channels[c], info, c + 1));
     of_test.source = "camera";
     of_test.code.filter = 'V';  // from film analysis
     set_samples(of_test, evenly_sampled(times_s, values_of_frames(report, c)), factor);
     const Signal& alone = report.channels.channels[c].simulation;
-    if (alone.empty()) continue;
+    if (alone.empty() || !report.channels.impact_s) continue;  // their times have nothing in common
     io::MmeChannel& of_simulation = test.channels.emplace_back(described(channels[c], info, c + 1));
     of_simulation.source = "simulation";
     of_simulation.name += ", simulation " + simulation_name(report.names, *report.channels.simulation);
