@@ -130,6 +130,23 @@ TEST_CASE("the speed of a test follows from how fast its shape changes") {
   CHECK(channels[1].value == 3);  // the forecast lacks the frame
 }
 
+// Regression: the rates at the end of the simulations were given for all later frames.
+TEST_CASE("rates are unknown when the simulations are over; those of a frame alone would be those at their end") {
+  Forecast forecast(model());
+  for (std::uint32_t step = 1; step < steps; ++step) forecast.update(Seen(4, step).result);
+  CHECK(std::isfinite(forecast.state().channels[1].value));
+  Seen later(4, steps - 1);
+  later.result.fit.test_time = 0.0005f * (steps + 1);
+  const TestForecast& now = forecast.update(later.result);
+  CHECK(std::isnan(now.channels[1].value));
+  CHECK(std::isfinite(now.channels[1].final_value));
+  std::array<ChannelValue, 2> channels{{{1, 2}, {3, 4}}};
+  replace_rates(model(), now, later.result.fit, channels);
+  CHECK(channels[0].value == 1);
+  CHECK(std::isnan(channels[1].value));
+  CHECK(std::isnan(channels[1].bound_90));
+}
+
 TEST_CASE("C programs get the channels of a forecast") {
   const TemporaryFolder folder;
   bake_plates(folder / "plates.lbea");
@@ -279,8 +296,16 @@ TEST_CASE("results contain the forecast of their test, the same from a match and
     CHECK(a.error_90 == b.error_90);
     REQUIRE(a.runs.size() == b.runs.size());
     for (std::size_t i = 0; i < a.runs.size(); ++i) CHECK(a.runs[i].weight == b.runs[i].weight);
+    wire::WireResult result;
+    tool::compose(one, live, result);
+    REQUIRE(result.channels.size() == 2);
+    const ChannelValue displacement = match.channels[0], speed = match.channels[1];
+    CHECK(result.channels[0].value == displacement.value);
+    CHECK((result.channels[1].value == speed.value) == (a.frames == 0));
+    CHECK(std::isnan(result.channels[0].end.value) == (a.frames == 0));
     if (step < 5) continue;
     CHECK(a.frames >= 4);
+    CHECK(result.channels[0].end.bound_90 > 0);
     CHECK(a.parameters.size() == 2);
     float all = 0;
     for (const wire::RunWeight& run : a.runs) all += run.weight;
@@ -318,6 +343,11 @@ TEST_CASE("forecasts whose numbers cannot be are refused") {
   CHECK(status_with(SectionId::window_numbers, 2, -1.0) == Status::ok);  // R^2
   CHECK(status_with(SectionId::window_numbers, 2, 1.5) == Status::corrupt_model);
   CHECK(status_with(SectionId::window_variances, 3, -1.0f) == Status::corrupt_model);
+  for (const float value : {std::numeric_limits<float>::infinity(), std::nanf(""), 1e13f})
+    CHECK(status_with(SectionId::channel_products, 3, value) == Status::corrupt_model);
+  for (const double value : {std::nan(""), 1e300, -1.0})
+    CHECK(status_with(SectionId::channel_numbers, 1, value) == Status::corrupt_model);
+  REQUIRE(status_with(SectionId::channel_numbers, 0, 1.0) == Status::ok);
   AlignedBytes longer = bytes;
   forge(longer.span(), SectionId::window_runs, [](format::SectionEntry& entry, auto) { entry.shape[1] += 1; });
   CHECK(status_of(longer.span()) == Status::corrupt_model);

@@ -81,7 +81,8 @@ void bind_channel(py::module_& module) {
       module, "ChannelForecast",
       "A quantity of interest by all frames so far. They also show how fast the shape changes,\n"
       "which a single frame does not: use it for velocities and accelerations.")
-      .def_readonly("value", &ChannelForecast::value, "at test_time_s; NaN before the first frame with evidence")
+      .def_readonly("value", &ChannelForecast::value,
+                    "at test_time_s; NaN before the first frame with evidence, and after the simulations' end")
       .def_readonly("bound_90", &ChannelForecast::bound_90,
                     "90 % of the runs that are not in the ensemble differ by less")
       .def_readonly("final_value", &ChannelForecast::final_value, "at the end of the simulations")

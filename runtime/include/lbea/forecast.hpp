@@ -27,7 +27,7 @@ struct ParameterForecast {
 /// A channel by all frames so far, in its unit. They also show how fast the shape changes, which a single frame does
 /// not: velocities are wrong by a third of the error of MatchResult::channels.
 struct ChannelForecast {
-  float value = 0;           // at TestForecast::test_time_s; NaN before the first frame with evidence
+  float value = 0;           // at TestForecast::test_time_s; NaN without a frame, and after the simulations' end
   float bound_90 = 0;        // 90 % of the runs that are not in the ensemble differ by less; NaN with the value
   float final_value = 0;     // at the end of the simulations
   float final_bound_90 = 0;  // the same bound of it

@@ -180,9 +180,10 @@ typedef struct lbea_parameter_forecast {
 /** A channel by all frames so far, in its unit. They also show how fast the shape changes, which a single frame does
     not: use it for velocities and accelerations. */
 typedef struct lbea_channel_forecast {
-  float value, bound_90;             /**< at test_time_s, and what 90 % of the runs that are not in the ensemble differ
-                                          by less than; NaN before the first frame with evidence */
-  float final_value, final_bound_90; /**< the same at the end of the simulations */
+  float value;          /**< at test_time_s; NaN without a frame, and after the simulations' end */
+  float bound_90;       /**< 90 % of the runs that are not in the ensemble differ by less; NaN with the value */
+  float final_value;    /**< at the end of the simulations */
+  float final_bound_90; /**< the same bound of it */
 } lbea_channel_forecast;
 
 /** Pointers are valid until the next update or reset. */

@@ -20,7 +20,7 @@ class ChannelForecaster {
   [[nodiscard]] std::span<const ChannelForecast> all() const noexcept { return channels_; }
   /// The runs' means: at a time, in nodes, and at the end.
   void begin(float at) noexcept;
-  /// No frame has been seen, so that no time is known.
+  /// No value of the moment is known.
   void forget_time() noexcept;
   /// Adds this share of the bounds of a row of the numbers; see LearnedForecast.
   void add_bounds(std::size_t row, float share) noexcept;

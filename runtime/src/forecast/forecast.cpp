@@ -57,6 +57,7 @@ struct Forecast::State {
   [[nodiscard]] std::size_t row_of(std::size_t row) const noexcept;
   void add_bounds(std::size_t row, float share) noexcept;
   void divide(double ridge, const float* variances) noexcept;
+  [[nodiscard]] bool is_over() const noexcept;
   void sum_branches() noexcept;
 
   Model model;
@@ -235,8 +236,14 @@ void Forecast::State::forecast() noexcept {
   else if (first == 1)
     add_bounds(row_of(0), 1 - share);
   add_window({first, std::max(node + 1, first)}, node >= first || first == 1 ? share : 1);
-  if (state.frames == 0) channels.forget_time();
+  if (state.frames == 0 || is_over()) channels.forget_time();
   sum_branches();
+}
+
+/// Whether the test lasts longer than the simulations, by more than half of the interval between their states.
+bool Forecast::State::is_over() const noexcept {
+  const double interval_s = times.duration_s * view.info.simulations / view.info.samples;
+  return state.test_time_s > times.duration_s + 0.5 * interval_s;
 }
 
 void Forecast::State::sum_branches() noexcept {
