@@ -1,6 +1,7 @@
 #include "tools/shared/matching/match_engine.hpp"
 
 #include "runtime/src/channels/learned_channels.hpp"
+#include "runtime/src/depth/depth_images.hpp"
 
 #include <algorithm>
 
@@ -96,6 +97,11 @@ TestHistory history_for(const Model& model, const MatcherConfig& config, const S
   return history;
 }
 
+bool ModelEngine::has_pose_of(const SensorViews& views, const Model& model) noexcept {
+  const SensorViews baked = SensorViews::baked_into(model);
+  return !baked.empty() && views.data()->camera.T_reference_sensor == baked.data()->camera.T_reference_sensor;
+}
+
 double ModelEngine::time_s(Sample sample) const noexcept {
   const Model& model = matchers_.front().model();
   const std::uint32_t index = model.sample_index(sample);
@@ -180,7 +186,8 @@ void fill_test(Outcome& outcome, MatchEngine& engine, const MatchResult& match) 
   fill(outcome.result.forecast, *forecast);
   engine.replace_rates(match, outcome.channels);
   for (const ChannelForecast& channel : forecast->channels)
-    outcome.ends.push_back({channel.final_value, channel.final_bound_90});
+    outcome.ends.push_back(
+        {channel.final_value, engine.has_baked_pose() ? channel.final_bound_90 : ChannelValue{}.bound_90});
 }
 
 void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {

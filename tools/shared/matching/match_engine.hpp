@@ -28,6 +28,8 @@ class MatchEngine {
   /// Replaces the velocities and accelerations of the frame that forecast() was called with last; see
   /// lbea/forecast.hpp.
   virtual void replace_rates(const MatchResult&, std::span<ChannelValue>) noexcept {}
+  /// Whether the bounds that the bake has learned hold for the rig's pose.
+  [[nodiscard]] virtual bool has_baked_pose() const noexcept { return false; }
   /// The next frame is the first of another session.
   virtual void begin_test() noexcept {}
   [[nodiscard]] virtual std::string_view simulation_name(std::uint32_t simulation) const noexcept = 0;
@@ -48,7 +50,8 @@ struct HistorySettings {
 class ModelEngine final : public MatchEngine {
  public:
   ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {},
-              const HistorySettings& settings = {}, std::uint32_t matchers = 1) {
+              const HistorySettings& settings = {}, std::uint32_t matchers = 1)
+      : has_baked_pose_(views.empty() || has_pose_of(views, model)) {
     for (std::uint32_t i = 0; i < matchers; ++i) matchers_.emplace_back(model, config, views);
     if (config.method != Method::fit) return;
     if (settings.is_kept) history_.emplace(history_for(model, config, views, settings));
@@ -68,6 +71,7 @@ class ModelEngine final : public MatchEngine {
   void replace_rates(const MatchResult& result, std::span<ChannelValue> channels) noexcept override {
     if (forecast_) lbea::replace_rates(matchers_.front().model(), forecast_->state(), result.fit, channels);
   }
+  [[nodiscard]] bool has_baked_pose() const noexcept override { return has_baked_pose_; }
   void begin_test() noexcept override {
     if (tracker_) tracker_->reset();
     if (forecast_) forecast_->reset();
@@ -82,6 +86,9 @@ class ModelEngine final : public MatchEngine {
   }
 
  private:
+  static bool has_pose_of(const SensorViews& views, const Model& model) noexcept;
+
+  bool has_baked_pose_;
   std::vector<Matcher> matchers_;
   std::optional<Tracker> tracker_;
   std::optional<Forecast> forecast_;
