@@ -85,6 +85,7 @@ TEST_CASE("another bound, unit or name, and a channel that comes or goes, are di
   check([](wire::WireResult& now) { now.channels[0].bound_90 = 5; }, "channel \"end x\" then");
   check([](wire::WireResult& now) { now.channels[1].bound_90 = 0; }, "channel \"gap\" then");
   check([](wire::WireResult& now) { now.channels[1].value = std::nanf(""); }, "channel \"gap\" then");
+  check([](wire::WireResult& now) { now.channels[0].end = {50, 1}; }, "at the end 50.000000 +- 1.000000");
   check([](wire::WireResult& now) { now.channels[0].unit = "m"; }, "channel \"end x\" then");
   check([](wire::WireResult& now) { now.channels[0].name = "end y"; }, "channel \"end y\" is not recorded");
   check([](wire::WireResult& now) { now.channels.pop_back(); }, "channel \"gap\" is missing now");

@@ -48,8 +48,17 @@ bool is_close(double a, double b, double largest_difference) {
   return a == b || (std::isnan(a) && std::isnan(b)) || std::abs(a - b) <= largest_difference;
 }
 
+bool is_close(const ChannelValue& a, const ChannelValue& b, double largest_difference) {
+  return is_close(double{a.value}, double{b.value}, largest_difference) &&
+         is_close(double{a.bound_90}, double{b.bound_90}, largest_difference);
+}
+
 std::string text(const wire::WireChannel& channel) {
-  return std::to_string(channel.value) + " +- " + std::to_string(channel.bound_90) + " " + channel.unit;
+  const auto words = [](const ChannelValue& value) {
+    return std::to_string(value.value) + " +- " + std::to_string(value.bound_90);
+  };
+  return words(channel) + " " + channel.unit +
+         (std::isnan(channel.end.value) ? "" : ", at the end " + words(channel.end));
 }
 
 std::string name_of(const wire::WireResult& result) { return "frame " + std::to_string(result.frame_id) + ": "; }
@@ -99,7 +108,7 @@ std::string ResultComparison::different_channel(const wire::WireResult& then, co
     if (found == now.channels.end()) return "channel \"" + a.name + "\" is missing now";
     const auto scale = channel_scales_.find(a.name);
     const double most = scale == channel_scales_.end() ? 0 : tolerance_ * scale->second;
-    if (a.unit != found->unit || !is_close(a.value, found->value, most) || !is_close(a.bound_90, found->bound_90, most))
+    if (a.unit != found->unit || !is_close(a, *found, most) || !is_close(a.end, found->end, most))
       return "channel \"" + a.name + "\" then " + text(a) + ", now " + text(*found);
   }
   return "";
