@@ -24,6 +24,7 @@ void read_names(const SectionReader& sections, LearnedChannels& into) {
     (is_name ? into.names : into.units).push_back(text);
     rest.remove_prefix(text.size() + 1);
   }
+  if (into.names.size() > most_channels) sections.fail(SectionId::channel_names, 0, "it names too many channels");
   if (into.names.size() != into.units.size()) sections.fail(SectionId::channel_names, 0, "a channel has no unit");
 }
 

@@ -11,7 +11,8 @@ using format::SectionId;
 
 void read_channel_regressions(const SectionReader& sections, std::uint64_t channels, LearnedForecast& forecast) {
   constexpr std::uint64_t windows = ForecastWindow::count, values = LearnedForecast::values_per_channel;
-  if (channels == 0 || sections.find(SectionId::channel_numbers) == nullptr) return;
+  const bool has_products = sections.find(SectionId::channel_products) != nullptr;
+  if (channels == 0 || (sections.find(SectionId::channel_numbers) == nullptr && !has_products)) return;
   forecast.channel_numbers =
       sections.required<double>(SectionId::channel_numbers,
                                 {LearnedForecast::kinds, 1 + windows, channels * LearnedForecast::numbers_per_channel});
