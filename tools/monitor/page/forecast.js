@@ -13,7 +13,8 @@ const percent = (share) => (share >= 0.995 ? "> 99 %" : share < 0.005 ? "< 1 %" 
 /// "8.93 ± 0.41": with the decimals that the interval needs.
 export function interval(value, bound) {
   if (!(bound > 0)) return String(+value.toPrecision(3));
-  const decimals = Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(bound))));
+  const decimals = Math.max(0, 1 - Math.floor(Math.log10(bound)));
+  if (decimals > 6) return `${+value.toPrecision(3)} \u00b1 ${+bound.toPrecision(2)}`;
   return `${value.toFixed(decimals)} \u00b1 ${bound.toFixed(decimals)}`;
 }
 
