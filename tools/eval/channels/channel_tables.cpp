@@ -57,7 +57,9 @@ double is_within(const ChannelScore& score) {
 
 double final_error_of(const ChannelScore& score) { return std::abs(score.final_value - score.final_truth); }
 double is_final_within(const ChannelScore& score) {
-  return std::isnan(score.final_bound_90) ? not_measured : final_error_of(score) <= score.final_bound_90 ? 1 : 0;
+  return std::isnan(score.final_bound_90 + score.final_truth) ? not_measured
+         : final_error_of(score) <= score.final_bound_90      ? 1
+                                                              : 0;
 }
 
 std::string row(const Round& round, const ChannelInfo& info, std::size_t channel) {
