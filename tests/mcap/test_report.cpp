@@ -133,7 +133,7 @@ TEST_CASE("signals and table of a recorded test; an existing folder and the inpu
   const std::string list = text_of(folder / "Channel/Test 1.chn");
   CHECK(contains(list, "DSXV / struck end\n"));
   CHECK(contains(list, "VEXV / struck end, velocity\n"));
-  CHECK(contains(list, "VEXD / struck end, velocity, simulation run_"));
+  CHECK_FALSE(contains(list, "simulation"));  // equal frames do not tell the impact
   CHECK(contains(text_of(folder / "Channel/Test 1.001"), "Number of samples           :20\n"));
   const std::string table = text_of(bench.file("table.csv"));
   CHECK(std::ranges::count(table, '\n') == 21);

@@ -118,6 +118,17 @@ TEST_CASE("without bounds there is no band, and the page says so; without channe
   for (const std::string& section : {without, partly}) CHECK_FALSE(contains(section, "nan"));
 }
 
+TEST_CASE("what frames forecast of a channel's end has its own curve and band, where they do") {
+  const auto foretold = [](std::uint64_t id, float end, float bound) {
+    return frame_of(id, {{{1, 0.5f}, "end", "mm", {end, bound}}});
+  };
+  const std::string section = section_of({foretold(0, 90, 20), foretold(1, 95, 10), foretold(2, 97, unknown)});
+  CHECK(contains(section, "forecast of the end"));
+  CHECK(contains(section, "90 % interval of the end"));
+  CHECK_FALSE(contains(section_of({frame_of(0, 1, 0.5f), frame_of(1, 2, 0.5f)}), "forecast of the end"));
+  CHECK_FALSE(contains(section, "nan"));
+}
+
 TEST_CASE("channels keep their places when a later frame has more of them") {
   TestRecord record;
   record.add(frame_of(0, {{{1, 1}, "a", ""}, {{2, 1}, "b", ""}}));

@@ -174,7 +174,7 @@ std::string csv_of(const TestReport& report) {
     const double time_s = report.channels.since_impact(row.time_s);
     table.add(row.id, shortest(time_s));
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      const ChannelValue value = c < row.channels.size() ? row.channels[c] : ChannelValue{};
+      const ChannelValue value = c < row.channels.size() ? ChannelValue(row.channels[c]) : ChannelValue{};
       table.add(shortest(value.value), shortest(value.bound_90));
       if (report.channels.simulation) table.add(simulation_value(report.channels, c, time_s));
     }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace lbea::tool {
 namespace {
@@ -23,18 +22,17 @@ void add_moment(TestChannel& channel, const ChannelMoment& moment) {
 
 }  // namespace
 
-std::vector<ChannelValue> ChannelRecord::add(const wire::WireResult& result, double time_s) {
+std::vector<ChannelOfFrame> ChannelRecord::add(const wire::WireResult& result, double time_s) {
   ++frames_;
   const bool doubtful = is_doubtful(result);
   if (doubtful) ++doubtful_[reason_of(result)];
-  std::vector<ChannelValue> values;
+  std::vector<ChannelOfFrame> values;
   for (std::size_t c = 0; c < result.channels.size(); ++c) {
     const wire::WireChannel& channel = result.channels[c];
     const std::size_t place = place_of(channel, c);
     if (doubtful) continue;
-    constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
-    values.resize(std::max(values.size(), place + 1), {unknown, unknown});
-    values[place] = channel;
+    values.resize(std::max(values.size(), place + 1));
+    values[place] = {channel, channel.end};
     add_moment(channels_[place], {channel, time_s});
   }
   return values;

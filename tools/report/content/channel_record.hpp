@@ -14,6 +14,11 @@ struct ChannelMoment : ChannelValue {
   double time_s = 0;  // since the test's first frame
 };
 
+/// The same with what was forecast of its end.
+struct ChannelOfFrame : ChannelValue {
+  ChannelValue end{};
+};
+
 struct TestChannel {
   std::string name, unit;
   // None: no frame has a value.
@@ -25,7 +30,7 @@ struct TestChannel {
 class ChannelRecord {
  public:
   /// A frame of the test, also a rejected one. Returns its values in the order of channels(); empty when doubtful.
-  std::vector<ChannelValue> add(const wire::WireResult& result, double time_s);
+  std::vector<ChannelOfFrame> add(const wire::WireResult& result, double time_s);
 
   /// Those of all frames, also of doubtful ones; names are unique.
   [[nodiscard]] std::span<const TestChannel> channels() const noexcept { return channels_; }

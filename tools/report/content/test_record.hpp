@@ -24,7 +24,7 @@ struct FrameRow : FrameNumbers, FitNumbers {
   float final_error_90 = unknown;                      // of the forecast's final shape
   std::vector<float> final_branches;                   // forecast: probabilities at the end
   std::vector<ParameterForecast> parameters;           // forecast
-  std::vector<ChannelValue> channels;                  // in the order of the record's; empty: doubtful
+  std::vector<ChannelOfFrame> channels;                // in the order of the record's; empty: doubtful
   [[nodiscard]] bool is_matched() const noexcept { return verdict != wire::WireVerdict::refused; }
 };
 

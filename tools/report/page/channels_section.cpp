@@ -95,6 +95,19 @@ Curve simulation_curve(const TestReport& report, Rows rows, std::size_t place) {
           })};
 }
 
+/// What the frames until then forecast of the value at the end, if they do.
+void add_forecast(Chart& chart, Rows rows, std::size_t place) {
+  const auto part = [&](float ChannelValue::*member) {
+    return values_of(rows, [=](const FrameRow& row) {
+      return place < row.channels.size() ? row.channels[place].end.*member : FrameRow::unknown;
+    });
+  };
+  Curve curve{"forecast of the end", part(&ChannelValue::value)};
+  if (std::ranges::none_of(curve.values, [](double value) { return std::isfinite(value); })) return;
+  chart.bands.push_back({"90 % interval of the end", chart.curves.size(), part(&ChannelValue::bound_90)});
+  chart.curves.push_back(std::move(curve));
+}
+
 Chart chart_of(const TestReport& report, const TestChannel& channel, std::size_t place) {
   const Rows rows = report.record()->rows();
   const auto part = [&](float ChannelValue::*member) {
@@ -104,9 +117,10 @@ Chart chart_of(const TestReport& report, const TestChannel& channel, std::size_t
   };
   Chart chart = chart_over_time(rows, channel.name, channel.unit, "");
   chart.curves = {{"value", part(&ChannelValue::value)}};
+  add_forecast(chart, rows, place);
   if (Curve alone = simulation_curve(report, rows, place); !alone.values.empty())
     chart.curves.push_back(std::move(alone));
-  if (channel.has_bounds) chart.bands = {{"90 % interval", 0, part(&ChannelValue::bound_90)}};
+  if (channel.has_bounds) chart.bands.push_back({"90 % interval", 0, part(&ChannelValue::bound_90)});
   const auto lacks_bound = [place](const FrameRow& row) {
     return place < row.channels.size() && !std::isnan(row.channels[place].value) &&
            std::isnan(row.channels[place].bound_90);
