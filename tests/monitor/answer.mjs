@@ -9,7 +9,7 @@ const elements = new Map();
 globalThis.document = { getElementById: (id) => elements.get(id) ?? elements.set(id, { textContent: "", hidden: false, dataset: {} }).get(id) };
 const page = "../../tools/monitor/page";
 const { ParameterTable, VerdictPanel } = await import(`${page}/panels.js`), { readPacket } = await import(`${page}/connection.js`);
-const { channelWords } = await import(`${page}/channel_words.js`), { Rows } = await import(`${page}/rows.js`);
+const { channelWords, endWords } = await import(`${page}/channel_words.js`), { Rows } = await import(`${page}/rows.js`);
 
 /// What the panel shows.
 const shown = () => {
@@ -29,6 +29,12 @@ assert.equal(channelWords("mm", known, { doubtful: true, verdict: "matched", sta
 for (const channel of [undefined, { value: null, bound_90: null }]) assert.deepEqual(channelWords("mm", channel, sure), { value: "unknown", note: "" });
 assert.deepEqual(channelWords("mm", known, { doubtful: true, verdict: "no_simulation_fits", status: "ok" }), { value: "unknown", note: "(frame in doubt: no simulation fits)" });
 assert.deepEqual(channelWords("mm", undefined, { doubtful: true, verdict: "refused", status: "too_few_points" }), { value: "unknown", note: "(frame in doubt: too few points)" });
+
+const foretold = { ...known, end_value: -113.4, end_bound_90: 30 };
+assert.equal(endWords("mm", foretold, sure), "At the end: -113 \u00b1 30 mm");
+assert.equal(endWords("mm", { ...foretold, end_bound_90: null }, sure), "At the end: -113 mm");
+assert.equal(endWords("mm", foretold, { doubtful: true }), "");
+for (const channel of [undefined, known, { ...known, end_value: null }]) assert.equal(endWords("mm", channel, sure), "");
 
 // Their curves come in parts, and are unknown where the rows have no such channel.
 {

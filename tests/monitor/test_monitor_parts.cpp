@@ -406,10 +406,11 @@ TEST_CASE("channels: the page gets names, units, values and bounds; what is not 
 
   WireResult result = result_of(3);
   CHECK_FALSE(to_json(result).contains("channels"));
-  result.channels = {{{-12.5f, 0.5f}, "end", "mm"}, {{7, std::nanf("")}, "speed", "mm/s"}};
+  result.channels = {{{-12.5f, 0.5f}, "end", "mm", {-100, 4}}, {{7, std::nanf("")}, "speed", "mm/s"}};
   const auto seen = nlohmann::json::parse(to_json(result).dump());
-  CHECK(seen["channels"] == nlohmann::json::parse(R"([{"name": "end", "value": -12.5, "bound_90": 0.5},
-                                                      {"name": "speed", "value": 7.0, "bound_90": null}])"));
+  CHECK(seen["channels"] == nlohmann::json::parse(R"([
+      {"name": "end", "value": -12.5, "bound_90": 0.5, "end_value": -100.0, "end_bound_90": 4.0},
+      {"name": "speed", "value": 7.0, "bound_90": null, "end_value": null, "end_bound_90": null}])"));
   CHECK(seen["doubtful"] == false);
   result.verdict = WireVerdict::no_simulation_fits;
   CHECK(to_json(result)["doubtful"] == true);

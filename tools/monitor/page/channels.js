@@ -1,5 +1,5 @@
 // The quantities of interest that the model names: each with its present value and its curve.
-import { channelWords } from "./channel_words.js";
+import { channelWords, endWords } from "./channel_words.js";
 import { ChannelChart } from "./charts.js";
 import { byId } from "./panels.js";
 
@@ -11,17 +11,20 @@ class Card {
     this.element = made("li", "channel");
     this.value = made("b", "", "-");
     this.note = made("span", "unknown");
+    this.end = made("p", "channel-end");
     const words = made("p", "channel-words"), chart = made("div", "chart");
     words.append(this.value, " ", this.note);
     chart.setAttribute("role", "img");
     chart.setAttribute("aria-label", `${name} over time, with its 90 % interval`);
-    this.element.append(Object.assign(made("h3", "", name), { title: name }), words, chart);
+    this.element.append(Object.assign(made("h3", "", name), { title: name }), words, this.end, chart);
     this.chart = new ChannelChart(chart, name);
   }
   update(channel, result) {
     const { value, note } = channelWords(this.unit, channel, result);
     if (this.value.textContent !== value) this.value.textContent = value;
     if (this.note.textContent !== note) this.note.textContent = note;
+    const end = endWords(this.unit, channel, result);
+    if (this.end.textContent !== end) this.end.textContent = end;
     this.value.classList.toggle("unknown", value === "unknown");
   }
 }

@@ -114,7 +114,11 @@ nlohmann::json to_json(const wire::WireResult& result) {
   if (result.test.frames > 0) json["test"] = to_json(result.test);
   if (result.forecast.frames > 0) json["forecast"] = to_json(result.forecast);
   for (const wire::WireChannel& channel : result.channels)
-    json["channels"].push_back({{"name", channel.name}, {"value", channel.value}, {"bound_90", channel.bound_90}});
+    json["channels"].push_back({{"name", channel.name},
+                                {"value", channel.value},
+                                {"bound_90", channel.bound_90},
+                                {"end_value", channel.end.value},
+                                {"end_bound_90", channel.end.bound_90}});
   json["doubtful"] = is_doubtful(result);
   return json;
 }
