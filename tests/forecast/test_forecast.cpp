@@ -147,6 +147,22 @@ TEST_CASE("rates are unknown when the simulations are over; those of a frame alo
   CHECK(std::isnan(channels[1].bound_90));
 }
 
+// Regression: a component at rest had the speed of the runs' first samples, which the impact hits.
+TEST_CASE("a frame of the undeformed component tells no speed") {
+  for (const Method method : {Method::lbea, Method::vtp, Method::fit}) {
+    MatcherConfig config = fit_config();
+    config.method = method;
+    Matcher matcher(model(), config);
+    const std::vector<Point> at_rest = seen(bent(0)), deformed = seen(bent(0.5));
+    const MatchResult before = matcher.match({1, 0, at_rest});
+    REQUIRE(before.channels.size() == 2);
+    CHECK(std::abs(before.channels[0].value) < 1);
+    CHECK(std::isnan(before.channels[1].value));
+    CHECK(std::isnan(before.channels[1].bound_90));
+    CHECK(std::isfinite(matcher.match({2, 1, deformed}).channels[1].value));
+  }
+}
+
 TEST_CASE("C programs get the channels of a forecast") {
   const TemporaryFolder folder;
   bake_plates(folder / "plates.lbea");

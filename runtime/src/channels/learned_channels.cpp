@@ -97,9 +97,15 @@ ChannelEvaluator::ChannelEvaluator(const Model& model, std::size_t most)
 }
 
 std::span<const ChannelValue> ChannelEvaluator::of_match(const Match& match) noexcept {
+  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+  if (values_.empty()) return {};
   const std::uint32_t sample = model_.sample_index(match.sample);
-  for (std::size_t c = 0; c < values_.size(); ++c)
-    values_[c] = {channels_->values[c * model_.samples() + sample], std::numeric_limits<float>::quiet_NaN()};
+  estimate_.assign(1, {sample, 1});
+  const bool has_rates = !may_await_impact();
+  for (std::size_t c = 0; c < values_.size(); ++c) {
+    const bool is_known = has_rates || !is_rate(static_cast<ChannelKind>(channels_->row(c).kind));
+    values_[c] = {is_known ? channels_->values[c * model_.samples() + sample] : unknown, unknown};
+  }
   return values_;
 }
 
@@ -108,8 +114,13 @@ std::span<const ChannelValue> ChannelEvaluator::of_fit(const SurfaceFit& fit, bo
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   if (values_.empty()) return {};
   weigh(fit);
+  const bool has_rates = !may_await_impact();
   const double error = double{fit.error_90}, scale = fit.spread > 0 ? error / double{fit.spread} : unknown;
   for (std::size_t c = 0; c < values_.size(); ++c) {
+    if (!has_rates && is_rate(static_cast<ChannelKind>(channels_->row(c).kind))) {
+      values_[c] = {};
+      continue;
+    }
     const auto values = channels_->values.subspan(c * model_.samples(), model_.samples());
     const double value = weighted_value(values, estimate_);
     const ChannelBound bound = is_bounded ? channels_->bound(c, is_hidden) : ChannelBound{};
@@ -118,6 +129,14 @@ std::span<const ChannelValue> ChannelEvaluator::of_fit(const SurfaceFit& fit, bo
                   half > 0 ? static_cast<float>(half) : std::numeric_limits<float>::quiet_NaN()};
   }
   return values_;
+}
+
+/// Whether the estimate shows more of the runs' first samples than of all others: before the impact nothing moves.
+bool ChannelEvaluator::may_await_impact() const noexcept {
+  float first = 0;
+  for (const auto& [sample, weight] : estimate_)
+    if (sample == 0 || model_.sample(sample).simulation != model_.sample(sample - 1).simulation) first += weight;
+  return first > 0.5f;
 }
 
 /// As plausible_samples() does for fields.

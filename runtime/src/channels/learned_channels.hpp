@@ -22,6 +22,10 @@ inline constexpr std::size_t most_channels = 1024;
 /// Whether the channel is a statistic of a field and has no nodes.
 [[nodiscard]] constexpr bool is_of_field(ChannelKind kind) noexcept { return kind >= ChannelKind::minimum; }
 
+[[nodiscard]] constexpr bool is_rate(ChannelKind kind) noexcept {
+  return kind == ChannelKind::velocity || kind == ChannelKind::acceleration;
+}
+
 /// Section `channel_kinds`: one row per channel.
 struct ChannelRow {
   static constexpr std::size_t most_nodes = 4;
@@ -87,6 +91,7 @@ class ChannelEvaluator {
 
  private:
   void weigh(const SurfaceFit& fit) noexcept;
+  [[nodiscard]] bool may_await_impact() const noexcept;
 
   const Model& model_;
   const LearnedChannels* channels_;  // null: none

@@ -1,5 +1,6 @@
 #include <lbea/forecast.hpp>
 
+#include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/forecast/channel_forecaster.hpp"
 #include "runtime/src/model/model_view.hpp"
 
@@ -276,8 +277,7 @@ void replace_rates(const Model& model, const TestForecast& forecast, const FitNu
                    std::span<ChannelValue> channels) noexcept {
   if (forecast.frames == 0 || double{frame.test_time} != forecast.test_time_s) return;
   for (std::uint32_t c = 0; c < std::min(channels.size(), forecast.channels.size()); ++c) {
-    const ChannelKind kind = model.channel(c).kind;
-    if (kind != ChannelKind::velocity && kind != ChannelKind::acceleration) continue;
+    if (!is_rate(model.channel(c).kind)) continue;
     channels[c].value = forecast.channels[c].value;
     if (!std::isnan(channels[c].bound_90)) channels[c].bound_90 = forecast.channels[c].bound_90;
   }
