@@ -9,15 +9,16 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 sanitizers=yes everything=no purpose=test
-# The target that the address sanitizer builds, then the arguments that select its tests for ctest.
-addresses=(sanitized_tests --label-regex sanitized)
+# The target that the address sanitizer builds, then the arguments that select its tests for ctest. The HTTP server takes
+# minutes to compile.
+addresses=(sanitized_tests --label-regex sanitized) http=OFF
 case "${1:-}" in
   "") ;;
   --quick) sanitizers=no ;;
   --cross) sanitizers=no purpose=cross ;;
   --long)
     export LBEA_LONG_TESTS=1
-    everything=yes purpose=cross
+    everything=yes purpose=cross http=ON
     addresses=(all --label-exclude release-only)
     ;;
   *) echo "usage: bash tests/run.sh [--quick | --cross | --long]" >&2; exit 2 ;;
@@ -32,17 +33,19 @@ build_and_test() {  # preset, target to build, then arguments for ctest
   local preset=$1 target=$2
   shift 2
   printf '\n== %s\n' "$preset"
-  cmake --preset "$preset" "${launcher[@]}" >/dev/null
+  cmake --preset "$preset" "${launcher[@]}" "${options[@]}" >/dev/null
   cmake --build --preset "$preset" --target "$target"
   ctest --preset "$preset" --parallel 2 "$@"
 }
 
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 export LSAN_OPTIONS=suppressions=$PWD/tests/wire/lsan.supp:print_suppressions=0
+options=(-DLBEA_HTTP=$http -DLBEA_MONITOR=$http)
 if [ "$sanitizers" = yes ]; then
   build_and_test asan-ubsan "${addresses[@]}"
   if [ "$everything" = yes ]; then build_and_test tsan threaded_tests --label-regex threads; fi
 fi
+options=()
 build_and_test ci all
 
 # With the models and results of the build above. Tests that bake take too long here.
