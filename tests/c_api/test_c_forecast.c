@@ -35,7 +35,9 @@ static void the_prior_is_the_mean_of_all_runs(lbea_forecast* forecast, const lbe
   for (uint32_t run = 0; run < prior.run_count; ++run)
     CHECK(fabsf(prior.run_weights[run] - 1.0f / (float)info->simulations) < 1e-6f);
   for (uint32_t p = 0; p < prior.parameter_count; ++p) CHECK(prior.parameters[p].is_identifiable == 0);
-  CHECK(prior.channel_count == 0); /* the demo has none */
+  CHECK(prior.channel_count > 0);
+  for (uint32_t c = 0; c < prior.channel_count; ++c)
+    CHECK(isnan(prior.channels[c].value) && prior.channels[c].final_bound_90 > 0);
 }
 
 static void positions_follow_from_the_weights(const lbea_model* model, lbea_forecast* forecast,
