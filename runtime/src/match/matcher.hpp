@@ -20,6 +20,9 @@ namespace lbea {
 /// The configuration with the model's default of `trusted_distance`.
 [[nodiscard]] MatcherConfig completed(MatcherConfig config, const Model& model);
 
+/// Whether the views are those that the model was baked with, or a copy of them.
+[[nodiscard]] bool is_baked(const SensorViews& views, const ModelView& model) noexcept;
+
 /// The stages of match(), in their order. Each one adds its part to `result`, with the time that it took.
 struct Matcher::State {
   State(Model m, const MatcherConfig& c, SensorViews views);

@@ -26,12 +26,6 @@ bool is_rigid(const RigidTransform& T) noexcept {
   return det > 0;
 }
 
-/// Whether the views are those that the model was baked with, or a copy of them.
-bool is_baked(const SensorViews& views, const ModelView& model) noexcept {
-  return !views.empty() && model.depth_images != nullptr &&
-         views.data()->camera.T_reference_sensor == model.depth_images->camera.T_reference_sensor;
-}
-
 void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views) {
   require(config.max_points >= 1 && config.max_points <= most_points,
           "max_points is " + std::to_string(config.max_points) + "; give 1 to " + std::to_string(most_points));
@@ -82,6 +76,11 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
     for (const ReferenceView& r : view.references) position_searches.emplace_back(view, r);
   else if (compares_positions() && is_worth_a_tree(view.info.samples, best.capacity()))
     for (const ReferenceView& r : view.references) trees.emplace_back(r.coefficients, view.info.modes);
+}
+
+bool is_baked(const SensorViews& views, const ModelView& model) noexcept {
+  return !views.empty() && model.depth_images != nullptr &&
+         views.data()->camera.T_reference_sensor == model.depth_images->camera.T_reference_sensor;
 }
 
 Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {

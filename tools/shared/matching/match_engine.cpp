@@ -1,7 +1,6 @@
 #include "tools/shared/matching/match_engine.hpp"
 
-#include "runtime/src/channels/learned_channels.hpp"
-#include "runtime/src/depth/depth_images.hpp"
+#include "runtime/src/match/matcher.hpp"
 
 #include <algorithm>
 
@@ -98,8 +97,7 @@ TestHistory history_for(const Model& model, const MatcherConfig& config, const S
 }
 
 bool ModelEngine::has_pose_of(const SensorViews& views, const Model& model) noexcept {
-  const SensorViews baked = SensorViews::baked_into(model);
-  return !baked.empty() && views.data()->camera.T_reference_sensor == baked.data()->camera.T_reference_sensor;
+  return views.empty() || is_baked(views, model.view());
 }
 
 double ModelEngine::time_s(Sample sample) const noexcept {

@@ -51,7 +51,7 @@ class ModelEngine final : public MatchEngine {
  public:
   ModelEngine(const Model& model, const MatcherConfig& config, SensorViews views = {},
               const HistorySettings& settings = {}, std::uint32_t matchers = 1)
-      : has_baked_pose_(views.empty() || has_pose_of(views, model)) {
+      : has_baked_pose_(has_pose_of(views, model)) {
     for (std::uint32_t i = 0; i < matchers; ++i) matchers_.emplace_back(model, config, views);
     if (config.method != Method::fit) return;
     if (settings.is_kept) history_.emplace(history_for(model, config, views, settings));
