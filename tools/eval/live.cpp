@@ -5,6 +5,7 @@
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/matching/result_json.hpp"
 
 #include <lbea/tracker.hpp>
 
@@ -149,15 +150,7 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
       line["time_step"] = best.sample.time_step;
       line["distance"] = best.distance;
     }
-    for (const auto& number : fit_numbers)
-      if (!row.result.fit.candidates.empty()) line["fit"][number.name] = row.result.fit.*number.value;
-    for (const wire::WireChannel& channel : row.result.channels)
-      line["channels"].push_back({{"name", channel.name},
-                                  {"unit", channel.unit},
-                                  {"value", channel.value},
-                                  {"bound_90", channel.bound_90},
-                                  {"end_value", channel.end.value},
-                                  {"end_bound_90", channel.end.bound_90}});
+    add_fit_and_channels(line, row.result);
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
     if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
     if (row.on_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path->time_step}};

@@ -2,6 +2,7 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/matching/result_json.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -48,15 +49,7 @@ std::string result_json(const wire::WireResult& result) {
             {"verdict", wire::to_string(result.verdict)}};
   for (const auto& number : frame_numbers) json[number.name] = result.*number.value;
   json["matches"] = std::move(matches);
-  for (const auto& number : fit_numbers)
-    if (!result.fit.candidates.empty()) json["fit"][number.name] = result.fit.*number.value;
-  for (const wire::WireChannel& channel : result.channels)
-    json["channels"].push_back({{"name", channel.name},
-                                {"unit", channel.unit},
-                                {"value", channel.value},
-                                {"bound_90", channel.bound_90},
-                                {"end_value", channel.end.value},
-                                {"end_bound_90", channel.end.bound_90}});
+  add_fit_and_channels(json, result);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
 }
 

@@ -75,8 +75,7 @@ std::string ratings_of(const TestReport& report) {
   return "<p>Rating by ISO/TS 18571, from 0 to 1: how far simulation " +
          escaped(simulation_name(report.names, *study.simulation)) +
          " alone gives the values of the test, which may combine several simulations. Where it is poor, do not read "
-         "the "
-         "quantity from that simulation.</p>\n<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th "
+         "the quantity from that simulation.</p>\n<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th "
          "scope=\"col\">Quantity</th>" +
          number_head("Rating") + "<th scope=\"col\">Grade</th>" + number_head("Corridor") + number_head("Phase") +
          number_head("Magnitude") + number_head("Slope") + "</tr></thead>\n<tbody>" + rows + "</tbody></table></div>\n";

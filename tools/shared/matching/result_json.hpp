@@ -1,0 +1,22 @@
+// Parts of results as JSON that several programs print.
+#pragma once
+
+#include "adapters/wire/codec/messages.hpp"
+
+namespace lbea::tool {
+
+/// The numbers of method fit and the quantities of interest, if the result has them. Json: of nlohmann.
+template <class Json>
+void add_fit_and_channels(Json& json, const wire::WireResult& result) {
+  for (const auto& number : fit_numbers)
+    if (!result.fit.candidates.empty()) json["fit"][number.name] = result.fit.*number.value;
+  for (const wire::WireChannel& channel : result.channels)
+    json["channels"].push_back({{"name", channel.name},
+                                {"unit", channel.unit},
+                                {"value", channel.value},
+                                {"bound_90", channel.bound_90},
+                                {"end_value", channel.end.value},
+                                {"end_bound_90", channel.end.bound_90}});
+}
+
+}  // namespace lbea::tool
