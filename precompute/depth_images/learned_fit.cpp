@@ -3,8 +3,8 @@
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/depth_images/sample_cache.hpp"
 #include "precompute/parallel.hpp"
-#include "precompute/run_samples.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -3,8 +3,8 @@
 #include "precompute/depth_images/left_out_fitter.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
-#include "precompute/run_samples.hpp"
 #include "runtime/src/fit/pose_filter.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "precompute/forecast/histories.hpp"
 
 #include "precompute/depth_images/branches.hpp"
-#include "precompute/run_samples.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 #include <cmath>
 

@@ -165,9 +165,9 @@ class RunProjector {
 };
 
 /// Shared by all threads.
-class RunSamples {
+class SampleMaker {
  public:
-  RunSamples(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options)
+  SampleMaker(const WorkFolder& work, const BakePlan& plan, const BakeOptions& options)
       : work_(work),
         plan_(plan),
         options_(options),
@@ -259,7 +259,7 @@ void plan_samples(BakePlan& plan, const BakeOptions& options) {
 std::size_t make_samples(const WorkFolder& work, const BakePlan& plan, const std::vector<std::size_t>& runs,
                          const BakeOptions& options) {
   if (runs.empty()) return 0;
-  const RunSamples shared(work, plan, options);
+  const SampleMaker shared(work, plan, options);
   std::uint64_t samples = 0;
   for (const std::size_t run : runs) samples += plan.survey.runs[run].steps.size();
   Stage stage(options, "samples", samples);

@@ -2,6 +2,7 @@
 
 #include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/model/model_view.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,38 +14,26 @@ namespace {
 constexpr std::size_t most = LearnedForecast::most_components, per_channel = LearnedForecast::values_per_channel;
 constexpr std::size_t times = 1 + LearnedForecast::nodes * LearnedForecast::means_per_node;
 
-/// Of consecutive samples, which are at these times, linearly between two of them; before and after all, of the
-/// nearest.
-double value_at(std::span<const double> sample_times, std::span<const float> values, double time_s) {
-  const auto later = static_cast<std::size_t>(std::ranges::upper_bound(sample_times, time_s) - sample_times.begin());
-  if (later == 0 || later == values.size()) return double{values[later == 0 ? 0 : later - 1]};
-  const double share = (time_s - sample_times[later - 1]) / (sample_times[later] - sample_times[later - 1]);
-  return double{values[later - 1]} + share * (double{values[later]} - double{values[later - 1]});
-}
-
-/// The first sample of each run, and the end of the last one.
-std::vector<std::size_t> run_starts(const ModelView& view) {
-  std::vector<std::size_t> starts;
-  for (std::uint32_t sample = 0; sample < view.info.samples; ++sample)
-    if (sample == 0 || view.sample(sample).simulation != view.sample(sample - 1).simulation) starts.push_back(sample);
-  starts.push_back(view.info.samples);
-  return starts;
+/// Linearly between two samples; before and after all, of the nearest.
+double value_at(const RunSamples& run, std::span<const double> sample_times, std::span<const float> values,
+                double time_s) {
+  const auto [before, share] = run.place_of(sample_times, time_s);
+  const double value{values[before]};
+  return share == 0 ? value : value + share * (double{values[before + 1]} - value);
 }
 
 /// Over the trained runs.
 std::vector<float> mean_values(const ModelView& view, std::span<const float> values) {
-  const std::vector<std::size_t> starts = run_starts(view);
-  const auto runs = static_cast<std::uint32_t>(starts.size() - 1);
+  const std::vector<RunSamples> all = samples_of_runs(
+      view.info.samples, [&](std::size_t s) { return view.sample(static_cast<std::uint32_t>(s)).simulation; });
+  const auto runs = static_cast<std::uint32_t>(all.size());
   const ForecastTimes clock(view.sample_times);
   std::vector<float> means;
   for (std::size_t i = 0; i < times; ++i) {
     const double time_s = clock.at(static_cast<double>(i) / LearnedForecast::means_per_node);
     double sum = 0;
-    for (std::size_t k = 0; k < LearnedForecast::trained_runs(runs); ++k) {
-      const std::uint32_t run = LearnedForecast::trained_run(k, runs);
-      const std::size_t first = starts[run], count = starts[run + 1] - first;
-      sum += value_at(view.sample_times.subspan(first, count), values.subspan(first, count), time_s);
-    }
+    for (std::size_t k = 0; k < LearnedForecast::trained_runs(runs); ++k)
+      sum += value_at(all[LearnedForecast::trained_run(k, runs)], view.sample_times, values, time_s);
     means.push_back(static_cast<float>(sum / LearnedForecast::trained_runs(runs)));
   }
   return means;

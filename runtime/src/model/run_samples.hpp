@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace lbea::bake {
+namespace lbea {
 
 /// Consecutive samples. times: of all samples.
 struct RunSamples {
@@ -33,13 +33,19 @@ struct RunSamples {
   }
 };
 
-[[nodiscard]] inline std::vector<RunSamples> samples_of_runs(std::span<const Sample> samples) {
+/// simulation_of: of a sample, from 0.
+template <class SimulationOf>
+[[nodiscard]] std::vector<RunSamples> samples_of_runs(std::size_t samples, const SimulationOf& simulation_of) {
   std::vector<RunSamples> runs;
-  for (std::size_t s = 0; s < samples.size(); ++s) {
-    if (s == 0 || samples[s].simulation != samples[s - 1].simulation) runs.push_back({s, 0});
+  for (std::size_t s = 0; s < samples; ++s) {
+    if (s == 0 || simulation_of(s) != simulation_of(s - 1)) runs.push_back({s, 0});
     ++runs.back().count;
   }
   return runs;
 }
 
-}  // namespace lbea::bake
+[[nodiscard]] inline std::vector<RunSamples> samples_of_runs(std::span<const Sample> samples) {
+  return samples_of_runs(samples.size(), [&](std::size_t s) { return samples[s].simulation; });
+}
+
+}  // namespace lbea
