@@ -45,7 +45,7 @@ void check_kind(const ChannelDescription& channel, const std::string& where) {
   if (!is_filtered && channel.cfc != 0) refuse_channel(where + "is not filtered; remove cfc");
   const bool is_statistic = is_of_field(channel.kind);
   if ((is_statistic || channel.kind == ChannelKind::distance) && channel.component != ChannelComponent::resultant)
-    refuse_channel(where + "is a " + std::string(channel_kind_names[static_cast<std::size_t>(channel.kind)]) +
+    refuse_channel(where + "is a " + std::string(to_string(channel.kind)) +
                    ", which has no components; remove component");
   if (is_statistic && channel.field.empty()) refuse_channel(where + "needs a field, like field = \"plastic_strain\"");
   if (!is_statistic && !(channel.field.empty() && channel.parts.empty() && channel.elements.empty()))

@@ -21,7 +21,7 @@ namespace {
 ChannelDescription statistic(ChannelKind kind, std::vector<std::uint32_t> parts = {},
                              std::vector<std::uint32_t> elements = {}) {
   ChannelDescription channel;
-  channel.name = std::string(channel_kind_names[static_cast<std::size_t>(kind)]) + " strain";
+  channel.name = std::string(to_string(kind)) + " strain";
   channel.kind = kind;
   channel.field = "plastic_strain";
   channel.parts = std::move(parts);

@@ -63,8 +63,7 @@ Json mapped_runs(const bake::BakeSummary& summary) {
 
 /// Of a statistic of a field: "minimum of FIELD on N elements".
 std::string statistic_text(const bake::ChannelReport& channel) {
-  return formatted("%s of %s on %zu elements",
-                   std::string(channel_kind_names[static_cast<std::size_t>(channel.kind)]).c_str(),
+  return formatted("%s of %s on %zu elements", std::string(to_string(channel.kind)).c_str(),
                    printable(channel.field).c_str(), channel.elements);
 }
 
@@ -83,8 +82,7 @@ void print_channels(const bake::BakeSummary& summary) {
         nodes += formatted(" (%.3g %s from the point)", channel.distances[i], summary.length_unit.c_str());
     }
     std::printf("channel        %s [%s]: %s %s at node %s\n", printable(channel.name).c_str(), channel.unit.c_str(),
-                std::string(channel_kind_names[static_cast<std::size_t>(channel.kind)]).c_str(),
-                std::string(channel_component_names[static_cast<std::size_t>(channel.component)]).c_str(),
+                std::string(to_string(channel.kind)).c_str(), std::string(to_string(channel.component)).c_str(),
                 nodes.c_str());
   }
 }
@@ -94,8 +92,8 @@ Json channels_of(const bake::BakeSummary& summary) {
   for (const bake::ChannelReport& channel : summary.channels)
     channels.push_back({{"name", channel.name},
                         {"unit", channel.unit},
-                        {"kind", channel_kind_names[static_cast<std::size_t>(channel.kind)]},
-                        {"component", channel_component_names[static_cast<std::size_t>(channel.component)]},
+                        {"kind", to_string(channel.kind)},
+                        {"component", to_string(channel.component)},
                         {"cfc", channel.cfc},
                         {"nodes", channel.node_ids},
                         {"distances", channel.distances},

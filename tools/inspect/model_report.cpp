@@ -177,8 +177,8 @@ Json channels_json(const Model& model) {
     const bool is_statistic = is_of_field(info.kind);
     list.push_back({{"name", info.name},
                     {"unit", info.unit},
-                    {"kind", channel_kind_names[static_cast<std::size_t>(info.kind)]},
-                    {"component", channel_component_names[static_cast<std::size_t>(info.component)]},
+                    {"kind", to_string(info.kind)},
+                    {"component", to_string(info.component)},
                     {"cfc", info.cfc},
                     {"nodes", std::vector<std::uint32_t>(row.node_ids.begin(), row.node_ids.begin() + row.nodes)},
                     {"field", is_statistic ? Json(model.field(row.field()).name) : Json()},

@@ -128,6 +128,12 @@ enum class ChannelComponent : std::uint32_t { x, y, z, resultant };
 inline constexpr std::array<std::string_view, 8> channel_kind_names{
     "displacement", "velocity", "acceleration", "distance", "intrusion", "minimum", "maximum", "mean"};
 inline constexpr std::array<std::string_view, 4> channel_component_names{"x", "y", "z", "resultant"};
+[[nodiscard]] constexpr std::string_view to_string(ChannelKind kind) noexcept {
+  return channel_kind_names[static_cast<std::size_t>(kind)];
+}
+[[nodiscard]] constexpr std::string_view to_string(ChannelComponent component) noexcept {
+  return channel_component_names[static_cast<std::size_t>(component)];
+}
 
 /// A quantity of interest that the ensemble description names; a number per sample.
 struct ChannelInfo {

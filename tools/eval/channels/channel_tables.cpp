@@ -11,9 +11,9 @@ namespace lbea::tool {
 namespace {
 
 std::string kind_of(const ChannelInfo& info) {
-  std::string text(channel_kind_names[static_cast<std::size_t>(info.kind)]);
+  std::string text(to_string(info.kind));
   if (info.kind != ChannelKind::distance && !is_of_field(info.kind))
-    text += " " + std::string(channel_component_names[static_cast<std::size_t>(info.component)]);
+    text += " " + std::string(to_string(info.component));
   return info.cfc == 0 ? text : text + ", CFC " + std::to_string(info.cfc);
 }
 
