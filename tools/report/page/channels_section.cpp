@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace lbea::tool {
 namespace {
@@ -94,32 +95,34 @@ Curve simulation_curve(const TestReport& report, Rows rows, std::size_t place) {
           })};
 }
 
-/// What the frames until then forecast of the value at the end, if they do.
-void add_forecast(Chart& chart, Rows rows, std::size_t place) {
+/// A curve and its band, if any frame has a value. value_of: gives a ChannelValue of a ChannelOfFrame.
+template <class ValueOf>
+void add_interval(Chart& chart, Rows rows, std::size_t place, const char* name, const char* band,
+                  const ValueOf& value_of) {
   const auto part = [&](float ChannelValue::*member) {
-    return values_of(rows, [=](const FrameRow& row) {
-      return place < row.channels.size() ? row.channels[place].end.*member : FrameRow::unknown;
+    return values_of(rows, [&](const FrameRow& row) {
+      return place < row.channels.size() ? value_of(row.channels[place]).*member : FrameRow::unknown;
     });
   };
-  Curve curve{"forecast of the end", part(&ChannelValue::value)};
-  if (std::ranges::none_of(curve.values, [](double value) { return std::isfinite(value); })) return;
-  chart.bands.push_back({"90 % interval of the end", chart.curves.size(), part(&ChannelValue::bound_90)});
+  const auto has_any = [](const std::vector<double>& values) {
+    return std::ranges::any_of(values, [](double value) { return std::isfinite(value); });
+  };
+  Curve curve{name, part(&ChannelValue::value)};
+  std::vector<double> bounds = part(&ChannelValue::bound_90);
+  if (!has_any(curve.values)) return;
+  if (has_any(bounds)) chart.bands.push_back({band, chart.curves.size(), std::move(bounds)});
   chart.curves.push_back(std::move(curve));
 }
 
 Chart chart_of(const TestReport& report, const TestChannel& channel, std::size_t place) {
   const Rows rows = report.record()->rows();
-  const auto part = [&](float ChannelValue::*member) {
-    return values_of(rows, [=](const FrameRow& row) {
-      return place < row.channels.size() ? row.channels[place].*member : FrameRow::unknown;
-    });
-  };
   Chart chart = chart_over_time(rows, channel.name, channel.unit, "");
-  chart.curves = {{"value", part(&ChannelValue::value)}};
-  add_forecast(chart, rows, place);
+  add_interval(chart, rows, place, "value", "90 % interval",
+               [](const ChannelOfFrame& of_frame) -> const ChannelValue& { return of_frame; });
+  add_interval(chart, rows, place, "forecast of the end", "90 % interval of the end",
+               std::mem_fn(&ChannelOfFrame::end));
   if (Curve alone = simulation_curve(report, rows, place); !alone.values.empty())
     chart.curves.push_back(std::move(alone));
-  if (channel.has_bounds) chart.bands.push_back({"90 % interval", 0, part(&ChannelValue::bound_90)});
   const auto lacks_bound = [place](const FrameRow& row) {
     return place < row.channels.size() && !std::isnan(row.channels[place].value) &&
            std::isnan(row.channels[place].bound_90);
