@@ -1,7 +1,7 @@
 // Quantities of interest as signals and tables.
 #include "tests/report/studied_plates.hpp"
 #include "tests/support/refusals.hpp"
-#include "tools/report/content/channel_export.hpp"
+#include "tools/report/content/channels/channel_export.hpp"
 
 #include <doctest/doctest.h>
 

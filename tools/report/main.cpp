@@ -1,7 +1,7 @@
 // lbea-report: the report of a recorded test, as one HTML page.
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/atomic_folder.hpp"
-#include "tools/report/content/channel_export.hpp"
+#include "tools/report/content/channels/channel_export.hpp"
 #include "tools/report/page/page.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"

@@ -2,7 +2,7 @@
 // says.
 #pragma once
 
-#include "tools/report/content/channel_record.hpp"
+#include "tools/report/content/channels/channel_record.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 
 #include <map>

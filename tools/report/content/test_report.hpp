@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tools/report/content/accounts.hpp"
-#include "tools/report/content/channel_study.hpp"
+#include "tools/report/content/channels/channel_study.hpp"
 #include "tools/report/content/explanation.hpp"
 #include "tools/report/content/forecast_study.hpp"
 

@@ -1,4 +1,4 @@
-#include "tools/report/content/channel_record.hpp"
+#include "tools/report/content/channels/channel_record.hpp"
 
 #include "tools/shared/intake/doubtful.hpp"
 

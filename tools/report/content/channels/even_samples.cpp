@@ -1,5 +1,5 @@
 // Equidistant values of frames that may be late, missing or without a value.
-#include "tools/report/content/channel_export.hpp"
+#include "tools/report/content/channels/channel_export.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tools/report/content/channel_study.hpp"
+#include "tools/report/content/channels/channel_study.hpp"
 
 #include "tools/shared/cli/formatted.hpp"
 

@@ -1,4 +1,4 @@
-#include "tools/report/content/channel_export.hpp"
+#include "tools/report/content/channels/channel_export.hpp"
 
 #include "runtime/src/channels/learned_channels.hpp"
 #include "tools/shared/cli/csv_table.hpp"
