@@ -2,9 +2,12 @@
 // The readers of the file formats are in adapters/simulation.
 #pragma once
 
+#include "runtime/src/channels/solver_history.hpp"
+
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,6 +49,15 @@ struct SimulationField {
   std::string source = {};  // how the values come from the file: "largest of the integration points", "array stress"
 };
 
+/// Numbers that the run's states carry besides the mesh: one of the whole run, or one per part or rigid wall.
+struct SimulationHistory {
+  std::string name;  // e.g. "internal_energy", "part_mass"
+  HistoryOwner owner = HistoryOwner::run;
+  std::vector<std::uint32_t> ids = {};  // of the parts or walls
+
+  [[nodiscard]] std::size_t size() const noexcept { return owner == HistoryOwner::run ? 1 : ids.size(); }
+};
+
 /// One stored state. Buffers are reused from read to read.
 struct SimulationState {
   double time_s = 0;
@@ -75,6 +87,11 @@ class SimulationReader {
   [[nodiscard]] virtual std::uint32_t states() const noexcept = 0;
   [[nodiscard]] virtual double time_s(std::uint32_t state) const = 0;
   virtual void read(std::uint32_t state, SimulationState& into) = 0;
+  [[nodiscard]] virtual std::vector<SimulationHistory> histories() const { return {}; }
+  /// place: among all numbers of histories(), in their order. In the solver's unit.
+  [[nodiscard]] virtual double history(std::uint32_t /*state*/, std::uint32_t /*place*/) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   /// The files the run consists of, in reading order. No other run has one of them.
   [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
   /// Further files that those name as parts of themselves; other runs may do so, too.

@@ -16,6 +16,8 @@ class MappedRun final : public SimulationReader {
 
   const SimulationMesh& mesh() const noexcept override { return mapping_->mesh; }
   const std::vector<SimulationField>& fields() const noexcept override { return run_->fields(); }
+  std::vector<SimulationHistory> histories() const override { return run_->histories(); }
+  double history(std::uint32_t state, std::uint32_t place) override { return run_->history(state, place); }
   std::uint32_t states() const noexcept override { return run_->states(); }
   double time_s(std::uint32_t state) const override { return run_->time_s(state); }
   std::vector<std::filesystem::path> files() const override { return run_->files(); }

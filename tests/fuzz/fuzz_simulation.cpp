@@ -40,12 +40,15 @@ void read_all(lbea::bake::SimulationReader& run) {
   require(mesh.element_ids.size() == mesh.elements.size() && mesh.element_parts.size() == mesh.elements.size());
   for (const auto& element : mesh.elements)
     for (const std::uint32_t node : element) require(node < mesh.nodes());
+  std::size_t numbers = 0;
+  for (const auto& history : run.histories()) numbers += history.size();
   lbea::bake::SimulationState state;
   for (std::uint32_t s = 0; s < run.states(); ++s) {
     run.read(s, state);
     require(state.positions.size() == mesh.positions.size() && state.alive.size() == mesh.elements.size());
     require(state.fields.size() == run.fields().size());
     for (const auto& field : state.fields) require(field.size() == mesh.elements.size());
+    for (std::uint32_t place = 0; place < numbers; ++place) static_cast<void>(run.history(s, place));
   }
 }
 

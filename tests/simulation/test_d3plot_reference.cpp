@@ -136,6 +136,61 @@ TEST_CASE("every value of the public databases agrees with an independent reader
     check_database(name, expected[name]);
 }
 
+// The parts' energies add up to the run's. So do their momenta, but for the solver's rounding and the half step between
+// velocities and energies; components or parts that are mixed up would differ by as much as they are.
+TEST_CASE("histories of parts add up to those of the run, in every state of the public databases") {
+  for (const char* name : {"ansys_beam", "lasso_solid_shell"}) {
+    CAPTURE(name);
+    const auto run = lbea::io::open_simulation(folder() / name);
+    const std::size_t parts = run->histories()[6].size();
+    REQUIRE(run->histories().size() == 13);
+    CHECK(run->histories()[6].ids ==
+          (parts == 2 ? std::vector<std::uint32_t>{1, 2} : std::vector<std::uint32_t>{1000, 2000, 3000, 4000}));
+    constexpr double unloaded = 1e-15;  // the solver begins with a tiny energy per element
+    double fastest = 0;
+    for (std::uint32_t s = 0; s < run->states(); ++s)
+      for (std::uint32_t axis = 3; axis < 6; ++axis) fastest = std::max(fastest, std::abs(run->history(s, axis)));
+    for (std::uint32_t s = 0; s < run->states(); ++s) {
+      const auto of_part = [&](std::size_t history, std::size_t part) {
+        return run->history(s, static_cast<std::uint32_t>(6 + history * parts + part));
+      };
+      double internal = 0, kinetic = 0, mass = 0;
+      std::array<double, 3> momentum{};
+      for (std::size_t part = 0; part < parts; ++part) {
+        internal += of_part(0, part);
+        kinetic += of_part(1, part);
+        mass += of_part(5, part);
+        for (std::size_t axis = 0; axis < 3; ++axis) momentum[axis] += of_part(5, part) * of_part(2 + axis, part);
+      }
+      const double total = run->history(s, 2);
+      CHECK(std::abs(run->history(s, 0) + run->history(s, 1) - total) <= 1e-6 * total);
+      CHECK(std::abs(internal - run->history(s, 1)) <= 1e-6 * total + unloaded);
+      CHECK(std::abs(kinetic - run->history(s, 0)) <= 1e-3 * total);
+      for (std::uint32_t axis = 0; axis < 3; ++axis)
+        CHECK(std::abs(momentum[axis] / mass - run->history(s, 3 + axis)) <= 1e-3 * fastest);
+    }
+  }
+}
+
+// In the first state of ansys_beam the bricks fly, and the beams stand still.
+TEST_CASE("histories of a part that flies agree with the velocities of its nodes") {
+  const Database database = lbea::io::d3plot::open_database(folder() / "ansys_beam" / "d3plot");
+  const auto run = lbea::io::open_simulation(folder() / "ansys_beam");
+  const std::uint32_t part = database.geometry.solids.parts.front() - 1;
+  const auto of_part = [&](std::uint32_t history) { return run->history(0, 6 + 2 * history + part); };
+  std::vector<float> velocities(3 * database.header.nodes);
+  StateFile(database).read(database.states.front(), database.layout.positions + velocities.size(), velocities);
+  double squared = 0;
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const double speed = of_part(2 + axis);
+    squared += speed * speed;
+    for (const auto& corners : database.geometry.solids.nodes)
+      for (const std::uint32_t node : corners) REQUIRE(double{velocities[3 * node + axis]} == speed);
+  }
+  CHECK(squared == 100);
+  CHECK(of_part(1) == doctest::Approx(0.5 * of_part(5) * squared).epsilon(1e-5));
+}
+
 TEST_CASE("databases without surface or deformation, and compressed ones, are refused in words") {
   std::string sentence;
   CHECK(status_of(folder() / "lasso_temperature", sentence) == lbea::Status::unsupported_input);

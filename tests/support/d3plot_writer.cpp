@@ -114,7 +114,7 @@ void write_control(Words& words, const D3plot& d) {
   for (const auto& [word, value] : d.overrides) control[word] = value;
   words.text(d.title, 10 * d.word_bytes);
   for (std::size_t word = 10; word < 64 + d.extra_words; ++word)
-    word == 14 ? words.real(971.0) : words.integer(control.contains(word) ? control.at(word) : 0);
+    word == 14 ? words.real(d.version) : words.integer(control.contains(word) ? control.at(word) : 0);
 }
 
 void write_ids(Words& words, const std::vector<int>& ids, std::size_t count) {
@@ -216,7 +216,8 @@ void write_shell(Words& words, const D3plot& d, const D3plotShellResult& shell) 
 
 void write_state(Words& words, const D3plot& d, const D3plotState& state) {
   words.real(state.time);
-  words.noise(d.globals);
+  if (state.globals.empty()) words.noise(d.globals);
+  words.reals(state.globals);
   write_nodes(words, d, state);
   words.noise(d.solids.size() * d.solid_thermal);
   for (const auto& solid : state.solids)

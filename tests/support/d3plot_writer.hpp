@@ -26,6 +26,7 @@ struct D3plotShellResult {
 
 struct D3plotState {
   double time = 0;
+  std::vector<double> globals;  // as many as D3plot::globals; empty: noise
   std::vector<std::array<double, 3>> positions;
   std::vector<D3plotShellResult> shells;               // one per shell; those of rigid shells are not written
   std::vector<std::vector<D3plotPoint>> solids;        // one per solid
@@ -39,6 +40,7 @@ struct D3plot {
   std::size_t word_bytes = 4;
   bool is_big_endian = false;
   int file_type = 1, ndim = 4;
+  double version = 971;
   std::string title = "written by a test";
 
   std::vector<std::array<double, 3>> nodes;

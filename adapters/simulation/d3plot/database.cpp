@@ -211,9 +211,17 @@ Database open_database(const std::filesystem::path& first_file) {
 
 StateFile::StateFile(const Database& database) : family_(database.family), word_bytes_(database.word_bytes) {}
 
-void StateFile::read(const StatePlace& place, std::uint64_t start, std::span<float> into) {
+WordFile& StateFile::file_of(const StatePlace& place) {
   if (!file_ || place.file != open_) file_.emplace(family_[place.file], word_bytes_);
   open_ = place.file;
-  file_->reals(place.word + start, into, "a state");
+  return *file_;
+}
+
+void StateFile::read(const StatePlace& place, std::uint64_t start, std::span<float> into) {
+  file_of(place).reals(place.word + start, into, "a state");
+}
+
+double StateFile::real(const StatePlace& place, std::uint64_t word) {
+  return file_of(place).real(place.word + word, "a global value of a state");
 }
 }  // namespace lbea::io::d3plot

@@ -20,10 +20,12 @@ struct Header {
   std::uint64_t beams = 0;             // NEL2
   std::uint64_t shells = 0;            // NEL4
   std::uint64_t parts = 0;             // NMMAT, 0 when the file lists none
+  std::uint64_t materials = 0;         // NUMMAT8 + NUMMAT2 + NUMMAT4 + NUMMATT
   std::uint64_t fluid_materials = 0;   // IALEMAT
   std::uint64_t numbering_words = 0;   // NARBS
   std::uint64_t extra_node_words = 0;  // connectivity of higher-order elements after the numbering
 
+  double version = 0;                     // of LS-DYNA
   std::uint64_t globals = 0;              // NGLBV
   bool has_positions = false;             // IU
   std::uint64_t node_words = 0;           // per node: positions, temperatures, velocities, ...
@@ -99,6 +101,14 @@ struct StateLayout {
 /// Throws Error{bad_input} when the control words contradict each other.
 [[nodiscard]] StateLayout lay_out_state(const WordFile& file, const Header& header, const Geometry& geometry);
 
+/// The global values (NGLBV) whose meaning is certain: of the run, of parts, of rigid walls.
+struct StoredHistories {
+  std::vector<bake::SimulationHistory> histories;
+  std::vector<std::uint64_t> words;  // of each of their numbers, from the start of a state
+};
+/// part_ids: of the geometry. Without parts where the control words leave their number or place open.
+[[nodiscard]] StoredHistories stored_histories(const Header& header, const std::vector<std::uint32_t>& part_ids);
+
 enum class Field { plastic_strain, von_mises, thickness, internal_energy, effective_strain };
 
 /// The fields that solids, thick shells or shells store, in the order of Field.
@@ -133,8 +143,11 @@ class StateFile {
   explicit StateFile(const Database& database);
   /// Reads `into.size()` words of the state at `place`, from word `start` of the state.
   void read(const StatePlace& place, std::uint64_t start, std::span<float> into);
+  [[nodiscard]] double real(const StatePlace& place, std::uint64_t word);
 
  private:
+  WordFile& file_of(const StatePlace& place);
+
   std::vector<std::filesystem::path> family_;
   std::uint64_t word_bytes_;
   std::uint32_t open_ = 0;

@@ -9,11 +9,13 @@ namespace {
 // Positions of the control words.
 enum Word : std::uint64_t {};
 constexpr Word file_type{file_type_word}, ndim{dimensions_word}, numnp{16}, nglbv{18}, it{19}, iu{20}, iv{21}, ia{22},
-    nel8{23}, numds{25}, nv3d{27}, nel2{28}, nv1d{30}, nel4{31}, nv2d{33}, neiph{34}, neips{35}, maxint{36}, nmsph{37},
-    narbs{39}, nelt{40}, nv3dt{42}, ioshl1{43}, ioshl2{44}, ioshl3{45}, ioshl4{46}, ialemat{47}, ncfdv1{48}, ncfdv2{49},
-    nadapt{50}, nmmat{51}, npefg{54}, nel48{55}, idtdt{56}, extra{57}, nel20{64}, nt3d{65}, nel27{66}, nel21p{68},
-    nel15t{69}, nel20t{71}, nel40p{72}, nel64{73}, quadr{74}, cubic{75}, penout{78}, engout{79};
+    nel8{23}, nummat8{24}, numds{25}, nv3d{27}, nel2{28}, nummat2{29}, nv1d{30}, nel4{31}, nummat4{32}, nv2d{33},
+    neiph{34}, neips{35}, maxint{36}, nmsph{37}, narbs{39}, nelt{40}, nummatt{41}, nv3dt{42}, ioshl1{43}, ioshl2{44},
+    ioshl3{45}, ioshl4{46}, ialemat{47}, ncfdv1{48}, ncfdv2{49}, nadapt{50}, nmmat{51}, npefg{54}, nel48{55}, idtdt{56},
+    extra{57}, nel20{64}, nt3d{65}, nel27{66}, nel21p{68}, nel15t{69}, nel20t{71}, nel40p{72}, nel64{73}, quadr{74},
+    cubic{75}, penout{78}, engout{79};
 constexpr std::uint64_t known_words = 80;
+constexpr std::uint64_t version_word = 14;  // a real
 
 constexpr std::int64_t femzip_mark = 76'893'465;     // in NMMAT
 constexpr std::int64_t deletion_offset = 10'000;     // added to |MAXINT| when there is a deletion word per element
@@ -112,6 +114,16 @@ std::uint64_t extra_node_words(const ControlWords& words) {
   return plus(sum, block(nel64, "NEL64", 65, is_cubic));
 }
 
+/// 0: not known.
+std::uint64_t materials(const ControlWords& words) {
+  std::uint64_t sum = 0;
+  for (const Word kind : {nummat8, nummat2, nummat4, nummatt}) {
+    if (words[kind] < 0) return 0;
+    sum = plus(sum, static_cast<std::uint64_t>(words[kind]));
+  }
+  return sum;
+}
+
 void read_counts(const ControlWords& words, Header& header) {
   header.control_words = words.size();
   header.nodes = words.stored(numnp, "NUMNP");
@@ -120,6 +132,7 @@ void read_counts(const ControlWords& words, Header& header) {
   header.beams = words.stored(nel2, "NEL2");
   header.shells = words.stored(nel4, "NEL4");
   header.parts = words.stored(nmmat, "NMMAT");
+  header.materials = materials(words);
   header.fluid_materials = words.stored(ialemat, "IALEMAT");
   header.numbering_words = words.stored(narbs, "NARBS");
   header.extra_node_words = extra_node_words(words);
@@ -189,6 +202,7 @@ Header read_header(WordFile& file) {
   const ControlWords words(file);
   refuse_unsupported(words, file.word_bytes());
   Header header;
+  header.version = file.real(version_word, "the version");
   header.stores_rigid_shells = words[file_type] % wide_ids == type_d3part;
   header.has_material_types = words[ndim] == 5 || words[ndim] == 7;
   header.has_road = words[ndim] == 7;

@@ -18,6 +18,8 @@ class Reader final : public bake::SimulationReader {
     number_shell_rows();
     stored_ = stored_fields(database_.layout);
     std::transform(stored_.begin(), stored_.end(), std::back_inserter(fields_), describe);
+    // Without a state, nothing limits NGLBV.
+    if (states() > 0) histories_ = stored_histories(database_.header, database_.geometry.part_ids);
     database_.geometry = {};
   }
 
@@ -34,6 +36,10 @@ class Reader final : public bake::SimulationReader {
     read_positions(at, into.positions);
     read_alive(at, into.alive);
     read_fields(at, into);
+  }
+  [[nodiscard]] std::vector<bake::SimulationHistory> histories() const override { return histories_.histories; }
+  [[nodiscard]] double history(std::uint32_t state, std::uint32_t number) override {
+    return file_.real(place(state), histories_.words.at(number));
   }
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return database_.family; }
 
@@ -162,6 +168,7 @@ class Reader final : public bake::SimulationReader {
   bake::SimulationMesh mesh_;
   std::vector<Field> stored_;
   std::vector<bake::SimulationField> fields_;
+  StoredHistories histories_;
   std::size_t shell_elements_ = 0;          // the first elements of the mesh are shells, the others faces of solids
   std::vector<std::uint32_t> source_;       // element -> shell, or solid or thick shell, of the database
   std::vector<std::uint32_t> node_source_;  // node -> node of the database
