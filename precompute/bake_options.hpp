@@ -85,6 +85,7 @@ struct ChannelReport {
   std::vector<double> distances;  // of the nodes from the given points, length unit
   std::string field = {};         // of a minimum, maximum or mean
   std::size_t elements = 0;       // the same: how many
+  SolverHistory history = {};     // of a history
 };
 
 inline constexpr double largest_usual_residual = 1e-9;

@@ -59,12 +59,15 @@ struct ChannelDescription {
   std::string name;
   ChannelKind kind = ChannelKind::displacement;
   ChannelComponent component = ChannelComponent::resultant;
-  std::uint32_t cfc = 0;  // of velocities and accelerations: class of the filter of SAE J211
+  std::uint32_t cfc = 0;  // class of the filter of SAE J211; velocities, accelerations, histories
   std::vector<ChannelPoint> points;
   std::optional<double> reach;  // length unit: farther points are refused; not set: the mean length of the edges there
   // Of a minimum, maximum or mean: a stored field, and the elements of these parts and with these ids; neither: all.
   std::string field = {};
   std::vector<std::uint32_t> parts = {}, elements = {};
+  // Of a history, whose unit no file says.
+  SolverHistory history = {};
+  std::string unit = {};
 };
 
 struct EnsembleDescription {

@@ -165,6 +165,22 @@ void read_elements(TomlTable& table, bake::ChannelDescription& channel) {
   }
 }
 
+/// history = "part_mass", part = 5
+void read_history(TomlTable& table, bake::ChannelDescription& channel) {
+  table.read("history", channel.history.name);
+  table.read("unit", channel.unit);
+  const bool is_history = channel.kind == ChannelKind::history;
+  if (is_history && channel.history.name.empty())
+    table.fail("history", "is missing; name one, like \"internal_energy\": a wrong name lists those of the run");
+  if (table.has("part") && table.has("wall")) table.fail("wall", "stands beside part; give one of them");
+  for (const auto& [key, owner] : {std::pair{"part", HistoryOwner::part}, std::pair{"wall", HistoryOwner::wall}}) {
+    if (!table.has(key)) continue;
+    if (!is_history) table.fail(key, "is for channels of kind \"history\" only");
+    table.read(key, channel.history.number);
+    channel.history.owner = owner;
+  }
+}
+
 bake::ChannelDescription read_channel(TomlTable& table) {
   bake::ChannelDescription channel;
   table.read("name", channel.name);
@@ -183,6 +199,7 @@ bake::ChannelDescription read_channel(TomlTable& table) {
   }
   if (table.has("reach")) table.read("reach", channel.reach.emplace());
   read_elements(table, channel);
+  read_history(table, channel);
   table.refuse_unknown_keys();
   return channel;
 }

@@ -33,7 +33,7 @@ Track since_first(Track track) {
 
 void check_times(std::span<const double> times, std::uint32_t cfc) {
   if (times.size() < derivative_states)
-    refuse_run("it has " + std::to_string(times.size()) + " states and a derivative needs " +
+    refuse_run("it has " + std::to_string(times.size()) + " states and a derivative or filter needs " +
                std::to_string(derivative_states) + "; remove the channel");
   double longest = 0;
   for (std::size_t i = 1; i < times.size(); ++i) {
@@ -109,7 +109,7 @@ Track difference(const Track& a, const Track& b) {
 }  // namespace
 
 std::size_t nodes_of(ChannelKind kind) noexcept {
-  if (is_of_field(kind)) return 0;
+  if (!is_of_nodes(kind)) return 0;
   return kind == ChannelKind::intrusion ? 4 : kind == ChannelKind::distance ? 2 : 1;
 }
 
@@ -133,9 +133,16 @@ std::vector<double> channel_series(const PlannedChannel& channel, std::span<cons
     case ChannelKind::minimum:
     case ChannelKind::maximum:
     case ChannelKind::mean:
-      break;  // field_statistic()
+    case ChannelKind::history:
+      break;  // field_statistic(), history_values()
   }
   refuse_run("its kind is unknown");
+}
+
+std::vector<double> cfc_filtered_series(std::span<const double> times, std::span<const double> values,
+                                        std::uint32_t cfc) {
+  check_times(times, cfc);
+  return cfc_filtered_at(times, values, cfc);
 }
 
 double field_statistic(const PlannedChannel& channel, std::span<const float> values) noexcept {
@@ -153,7 +160,7 @@ double field_statistic(const PlannedChannel& channel, std::span<const float> val
 ChannelRecorder::ChannelRecorder(const std::vector<PlannedChannel>& channels, std::vector<std::uint32_t> nodes)
     : channels_(channels), nodes_(std::move(nodes)) {
   for (const PlannedChannel& channel : channels_) tracks_.emplace_back(channel.nodes.size());
-  statistics_.resize(channels_.size());
+  of_steps_.resize(channels_.size());
 }
 
 void ChannelRecorder::add(std::span<const float> positions, std::span<const std::uint32_t> node_ids, double time_s,
@@ -188,17 +195,17 @@ void ChannelRecorder::add_fields(std::span<const std::vector<float>> fields, std
                    "' of element " + std::to_string(element_ids[element]) +
                    " is not finite or beyond 1e12, and channel '" + channel.name +
                    "' needs it; correct the run, leave it out or choose other elements");
-    statistics_[c].push_back(static_cast<float>(field_statistic(channel, values)));
+    of_steps_[c].push_back(static_cast<float>(field_statistic(channel, values)));
   }
 }
 
 std::vector<float> ChannelRecorder::values(std::span<const std::uint32_t> steps, const std::string& run) const {
   std::vector<float> values;
   for (std::size_t c = 0; c < channels_.size(); ++c) {
-    if (is_of_field(channels_[c].kind)) {
-      std::vector<float> statistics = statistics_[c];
-      statistics.resize(steps.size(), std::numeric_limits<float>::quiet_NaN());
-      values.insert(values.end(), statistics.begin(), statistics.end());
+    if (!is_of_nodes(channels_[c].kind)) {
+      std::vector<float> of_steps = of_steps_[c];
+      of_steps.resize(steps.size(), std::numeric_limits<float>::quiet_NaN());
+      values.insert(values.end(), of_steps.begin(), of_steps.end());
       continue;
     }
     const std::string where = "run " + run + ", channel '" + channels_[c].name + "': ";

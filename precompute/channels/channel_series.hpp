@@ -21,10 +21,12 @@ struct PlannedChannel {
   std::uint32_t field = 0;                   // of a minimum, maximum or mean: which of the chosen fields
   std::vector<std::uint32_t> elements = {};  // the same: of the common mesh, ascending
   std::vector<double> areas = {};            // of these elements at impact, relative
+  SolverHistory history = {};
+  std::uint32_t history_index = 0;  // of a history: which of the description's
 };
 
-/// How many nodes a channel has: 0 of a field; 1; 2 of a distance; 4 of an intrusion, whose last three are its
-/// coordinate system: the origin, a node on the x axis, and one in the x-y plane on the side of positive y.
+/// How many nodes a channel has: 0 of a field or history; 1; 2 of a distance; 4 of an intrusion, whose last three are
+/// its coordinate system: the origin, a node on the x axis, and one in the x-y plane on the side of positive y.
 [[nodiscard]] std::size_t nodes_of(ChannelKind kind) noexcept;
 /// "mm", "mm/s" or "mm/s^2".
 [[nodiscard]] std::string unit_of(ChannelKind kind, const std::string& length_unit);
@@ -37,6 +39,10 @@ using Track = std::vector<Eigen::Vector3d>;
 /// are too rare for the class, times do not ascend, or the three nodes of a coordinate system lie on a line.
 [[nodiscard]] std::vector<double> channel_series(const PlannedChannel& channel, std::span<const double> times,
                                                  std::span<const Track> tracks);
+
+/// The values of all states of a run, filtered by the class. Throws as channel_series() does.
+[[nodiscard]] std::vector<double> cfc_filtered_series(std::span<const double> times, std::span<const double> values,
+                                                      std::uint32_t cfc);
 
 /// The minimum, maximum or mean, weighted by the areas, of a field over the channel's elements, whose values are
 /// finite. values: of all elements of the common mesh.
@@ -56,7 +62,9 @@ class ChannelRecorder {
   /// Throws Error{bad_input} naming run, state, field and element if a value is not finite or too large.
   void add_fields(std::span<const std::vector<float>> fields, std::span<const SimulationField> names,
                   std::span<const std::uint32_t> element_ids, std::uint32_t state, const std::string& run);
-  /// channels x steps. steps: states, all of them added. NaN: of a field that add_fields() was not given. Throws
+  /// Of a channel that is a history: the values at the steps of values().
+  void set_history(std::size_t channel, std::vector<float> values) { of_steps_[channel] = std::move(values); }
+  /// channels x steps. steps: states, all of them added. NaN: of a field or history that was not given. Throws
   /// Error{bad_input} naming run and channel.
   [[nodiscard]] std::vector<float> values(std::span<const std::uint32_t> steps, const std::string& run) const;
 
@@ -64,8 +72,8 @@ class ChannelRecorder {
   const std::vector<PlannedChannel>& channels_;
   std::vector<std::uint32_t> nodes_;
   std::vector<double> times_;
-  std::vector<std::vector<Track>> tracks_;      // per channel, per node
-  std::vector<std::vector<float>> statistics_;  // per channel of a field, per step
+  std::vector<std::vector<Track>> tracks_;    // per channel, per node
+  std::vector<std::vector<float>> of_steps_;  // per channel of a field or history, per step
 };
 
 }  // namespace lbea::bake

@@ -40,13 +40,18 @@ void check_names(const std::vector<ChannelDescription>& channels) {
 void check_kind(const ChannelDescription& channel, const std::string& where) {
   const bool is_filtered = channel.kind == ChannelKind::velocity || channel.kind == ChannelKind::acceleration;
   constexpr std::uint32_t most_cfc = 1000;  // the highest class of SAE J211-1
-  if (is_filtered && (channel.cfc < 1 || channel.cfc > most_cfc))
+  const bool is_statistic = is_of_field(channel.kind), is_history = channel.kind == ChannelKind::history;
+  if (channel.cfc > most_cfc || (is_filtered && channel.cfc == 0))
     refuse_channel(where + "needs the class of its filter, from 1 to 1000, like cfc = 60");
-  if (!is_filtered && channel.cfc != 0) refuse_channel(where + "is not filtered; remove cfc");
-  const bool is_statistic = is_of_field(channel.kind);
-  if ((is_statistic || channel.kind == ChannelKind::distance) && channel.component != ChannelComponent::resultant)
+  if (!is_filtered && !is_history && channel.cfc != 0) refuse_channel(where + "is not filtered; remove cfc");
+  if ((!is_of_nodes(channel.kind) || channel.kind == ChannelKind::distance) &&
+      channel.component != ChannelComponent::resultant)
     refuse_channel(where + "is a " + std::string(to_string(channel.kind)) +
                    ", which has no components; remove component");
+  if (is_history && (channel.unit.empty() || std::ranges::any_of(channel.unit, is_control)))
+    refuse_channel(where + "needs a unit, like unit = \"J\": the runs do not say it");
+  if (!is_history && !(channel.unit.empty() && channel.history.name.empty()))
+    refuse_channel(where + "is not a history; remove history, part, wall and unit");
   if (is_statistic && channel.field.empty()) refuse_channel(where + "needs a field, like field = \"plastic_strain\"");
   if (!is_statistic && !(channel.field.empty() && channel.parts.empty() && channel.elements.empty()))
     refuse_channel(where + "is not of a field; remove field, parts and elements");
@@ -164,6 +169,14 @@ PlannedChannel planned_statistic(const ChannelDescription& channel, const Survey
   return result;
 }
 
+PlannedChannel planned_history(const ChannelDescription& channel, std::uint32_t index) {
+  check_kind(channel, "channel '" + channel.name + "' ");
+  PlannedChannel result{channel.name, channel.unit, channel.kind, channel.component, channel.cfc, {}, {}};
+  result.history = channel.history;
+  result.history_index = index;
+  return result;
+}
+
 PlannedChannel planned(const ChannelDescription& channel, const NodeFinder& finder, const std::string& length_unit) {
   const std::string where = "channel '" + channel.name + "' ";
   check_kind(channel, where);
@@ -186,9 +199,13 @@ void plan_channels(BakePlan& plan, const Reference& reference) {
   check_names(plan.description.channels);
   const NodeFinder finder(plan.survey.mesh, plan.survey.reference_node_ids, reference, unit);
   plan.channels.clear();
+  std::uint32_t histories = 0;
   for (const ChannelDescription& channel : plan.description.channels)
-    plan.channels.push_back(is_of_field(channel.kind) ? planned_statistic(channel, plan.survey, reference)
-                                                      : planned(channel, finder, unit));
+    if (channel.kind == ChannelKind::history)
+      plan.channels.push_back(planned_history(channel, histories++));
+    else
+      plan.channels.push_back(is_of_field(channel.kind) ? planned_statistic(channel, plan.survey, reference)
+                                                        : planned(channel, finder, unit));
 }
 
 }  // namespace lbea::bake

@@ -90,13 +90,17 @@ void add_reference(SmallSections& sections, const format::Info& info, std::uint3
 
 void add_channels(SmallSections& sections, const BakePlan& plan) {
   if (plan.channels.empty()) return;
-  std::vector<std::string> names;
+  std::vector<std::string> names, histories;
   std::vector<std::uint32_t> rows;
   for (const PlannedChannel& channel : plan.channels) {
     names.insert(names.end(), {channel.name, channel.unit});
     ChannelRow row{static_cast<std::uint32_t>(channel.kind), static_cast<std::uint32_t>(channel.component), channel.cfc,
                    static_cast<std::uint32_t>(channel.nodes.size())};
     if (is_of_field(channel.kind)) row.node_ids = {channel.field, count32(channel.elements.size(), "elements"), 0, 0};
+    if (channel.kind == ChannelKind::history) {
+      row.node_ids = {static_cast<std::uint32_t>(channel.history.owner), channel.history.number, 0, 0};
+      histories.push_back(channel.history.name);
+    }
     for (std::size_t k = 0; k < channel.nodes.size(); ++k)
       row.node_ids[k] = plan.survey.mesh.node_ids[channel.nodes[k]];
     const auto words = std::bit_cast<std::array<std::uint32_t, channel_words>>(row);
@@ -104,6 +108,7 @@ void add_channels(SmallSections& sections, const BakePlan& plan) {
   }
   sections.add_text(SectionId::channel_names, joined(names));
   sections.add<std::uint32_t>(SectionId::channel_kinds, 0, {plan.channels.size(), channel_words}, rows);
+  if (!histories.empty()) sections.add_text(SectionId::channel_histories, joined(histories));
 }
 
 format::Info model_info(const BakePlan& plan, const std::vector<ReferenceBasis>& references,

@@ -1,5 +1,6 @@
 #include "precompute/model_file/write_model.hpp"
 
+#include "precompute/channels/channel_history.hpp"
 #include "precompute/depth_images/branches.hpp"
 #include "precompute/model_file/model_sections.hpp"
 #include "precompute/samples/sample_record.hpp"
@@ -166,6 +167,7 @@ ChannelReport described(const PlannedChannel& channel, const Survey& survey) {
   for (const std::uint32_t node : channel.nodes) report.node_ids.push_back(survey.mesh.node_ids[node]);
   report.elements = channel.elements.size();
   if (report.elements > 0) report.field = survey.fields[channel.field].name;
+  report.history = channel.history;
   return report;
 }
 
@@ -197,6 +199,17 @@ void add_facts(const BakePlan& plan, BakeSummary& summary) {
                                (runs == 1 ? " run gives no verdict and no bound of the error"
                                           : " runs give coarse verdicts and bounds of the error") +
                                ": both are learned from left-out runs");
+}
+
+std::vector<std::string> zero_histories(const BakePlan& plan, const ModelWriter& writer) {
+  std::vector<std::string> warnings;
+  std::vector<float> values(plan.survey.samples());
+  for (std::size_t c = 0; c < plan.channels.size(); ++c) {
+    if (plan.channels[c].kind != ChannelKind::history) continue;
+    writer.read<float>(SectionId::channel_values, 0, c * values.size(), std::span(values));
+    if (auto warning = zero_history(plan, c, values)) warnings.push_back(std::move(*warning));
+  }
+  return warnings;
 }
 
 std::vector<std::string> names_of(const std::vector<RunLeftOut>& runs) {
@@ -272,10 +285,12 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   std::string provenance = provenance_json(plan, bases, summary.kept_variance, left_out);
   provenance.resize(model.provenance_size, ' ');
   writer.write<char>(SectionId::provenance, 0, 0, provenance);
+  const std::vector<std::string> zeros = zero_histories(plan, writer);
   writer.commit();
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;
   add_facts(plan, summary);
+  summary.warnings.insert(summary.warnings.end(), zeros.begin(), zeros.end());
   if (plan.description.compact_fields) summary.rounded_fields = rounded_fields(plan.survey, appender.fields().errors());
   summary.seconds = {plan.reading_seconds, plan.bases_seconds, 0, seconds_since(begin)};
   return summary;

@@ -1,5 +1,6 @@
 #include "precompute/samples/sample_record.hpp"
 
+#include "precompute/channels/channel_history.hpp"
 #include "precompute/parallel.hpp"
 #include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/match/cloud_index.hpp"
@@ -93,6 +94,7 @@ class RunProjector {
       write_sample(record, sample_);
       stage.step();
     }
+    add_histories(channels, reader, survey, name);
     write_moments(record, moments_);
     write_channel_values(record, channels.values(survey.steps, name));
   }
@@ -100,7 +102,7 @@ class RunProjector {
  private:
   /// Channels of nodes do: displacements count from the first one, derivatives depend on the neighbors.
   [[nodiscard]] bool needs_all_states() const {
-    return std::ranges::any_of(plan_.channels, [](const PlannedChannel& c) { return !is_of_field(c.kind); });
+    return std::ranges::any_of(plan_.channels, [](const PlannedChannel& c) { return is_of_nodes(c.kind); });
   }
   [[nodiscard]] std::vector<std::uint32_t> states_to_read(const SimulationReader& reader,
                                                           const RunSurvey& survey) const {
@@ -111,6 +113,14 @@ class RunProjector {
   }
   [[nodiscard]] double time_s(const SimulationReader& reader, std::uint32_t state) const {
     return reader.time_s(state) * plan_.description.time_factor;
+  }
+
+  void add_histories(ChannelRecorder& channels, SimulationReader& reader, const RunSurvey& survey,
+                     const std::string& name) const {
+    for (std::size_t c = 0; c < plan_.channels.size(); ++c)
+      if (const PlannedChannel& channel = plan_.channels[c]; channel.kind == ChannelKind::history)
+        channels.set_history(c, history_values(channel, reader, survey.histories.at(channel.history_index),
+                                               survey.steps, plan_.description.time_factor, name));
   }
 
   void copy_positions(const MeshMapping& mapping) {

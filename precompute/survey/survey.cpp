@@ -1,5 +1,6 @@
 #include "precompute/survey/survey.hpp"
 
+#include "precompute/channels/channel_history.hpp"
 #include "precompute/survey/run_checks.hpp"
 #include "runtime/src/model/checksum.hpp"
 #include "runtime/src/model/model_format.hpp"
@@ -188,6 +189,8 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
   (void)step_times(history.times, history.steps, description.time_factor, run.name);
   history.fields = reader.fields();
   (void)find_fields(chosen_fields(description.fields, reference.fields(), run.name), history.fields, run.name);
+  history.histories = reader.histories();
+  (void)find_histories(chosen_histories(description), history.histories, run.name);
   const Movement movement = read_movement(reader, history.steps, run.name, description.length_unit, stage);
   history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
@@ -203,6 +206,7 @@ SurveyCollection::SurveyCollection(const SimulationReader& reference, const Ense
                                    const std::string& run)
     : time_factor_(description.time_factor),
       steps_(description.steps),
+      histories_(chosen_histories(description)),
       mesh_(reference.mesh(), run),
       extents_(reference.mesh().nodes(), empty_extent) {
   survey_.fields = chosen_fields(description.fields, reference.fields(), run);
@@ -212,6 +216,7 @@ SurveyCollection::SurveyCollection(const SimulationReader& reference, const Ense
 void SurveyCollection::add(RunHistory history, const std::string& run) {
   RunSurvey survey;
   survey.fields = find_fields(survey_.fields, history.fields, run);
+  survey.histories = find_histories(histories_, history.histories, run);
   survey.times_s = step_times(std::move(history.times), history.steps, time_factor_, run);
   survey.steps = std::move(history.steps);
   survey.files = std::move(history.files);

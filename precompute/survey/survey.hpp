@@ -13,9 +13,10 @@ class WorkFolder;
 
 /// One run's samples.
 struct RunSurvey {
-  std::vector<std::uint32_t> steps;   // stored states used, ascending
-  std::vector<double> times_s;        // per step
-  std::vector<std::uint32_t> fields;  // per chosen field: its index in the run's fields
+  std::vector<std::uint32_t> steps;      // stored states used, ascending
+  std::vector<double> times_s;           // per step
+  std::vector<std::uint32_t> fields;     // per chosen field: its index in the run's fields
+  std::vector<std::uint32_t> histories;  // per history that is a channel: its place in the run
   std::vector<InputFile> files;
   std::optional<MappingReport> mapping = {};  // of a run with another mesh
 };
@@ -46,9 +47,10 @@ using Extent = std::array<float, 6>;  // min x, y, z, max x, y, z
 
 /// What was read from one run, in the numbering of the reference run's mesh.
 struct RunHistory {
-  std::vector<std::uint32_t> steps;     // stored states used, ascending
-  std::vector<double> times;            // per step, in the run's unit
-  std::vector<SimulationField> fields;  // all of the run
+  std::vector<std::uint32_t> steps;          // stored states used, ascending
+  std::vector<double> times;                 // per step, in the run's unit
+  std::vector<SimulationField> fields;       // all of the run
+  std::vector<SimulationHistory> histories;  // the same
   std::vector<InputFile> files;
   std::string remark;                         // of the reader
   std::string misfit;                         // see misfit() in run_checks.hpp
@@ -82,6 +84,7 @@ class SurveyCollection {
  private:
   double time_factor_;
   StepSelection steps_;
+  std::vector<SolverHistory> histories_;  // that are channels
   CommonMeshBuilder mesh_;
   std::vector<Extent> extents_;  // of the reference run's nodes
   std::map<std::vector<std::uint64_t>, std::string> run_of_hashes_;

@@ -6,20 +6,22 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 6;
-constexpr WorkName plan_name{WorkKind::plan, 6};  // the number: to be raised with every change of the content of a plan
+constexpr std::uint32_t work_version = 7;
+constexpr WorkName plan_name{WorkKind::plan, 7};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
 static void members(auto& a, SimulationField& f) { a(f.name, f.unit, f.source); }
+static void members(auto& a, SolverHistory& h) { a(h.name, h.owner, h.number); }
+static void members(auto& a, SimulationHistory& h) { a(h.name, h.owner, h.ids); }
 static void members(auto& a, InputFile& f) { a(f.name, f.size, f.hash); }
 static void members(auto& a, MappingReport& m) {
   a(m.run_elements, m.elements, m.mapped_elements, m.mean, m.largest, m.worst_element, m.shift, m.tells_parts, m.key);
 }
 static void members(auto& a, MappingSettings& m) { a(m.enabled, m.distance, m.share, m.by_part, m.parts); }
-static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.files, s.mapping); }
+static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.histories, s.files, s.mapping); }
 static void members(auto& a, RunHistory& h) {
-  a(h.steps, h.times, h.fields, h.files, h.remark, h.misfit, h.mapping, h.has_values, h.common, h.extents);
+  a(h.steps, h.times, h.fields, h.histories, h.files, h.remark, h.misfit, h.mapping, h.has_values, h.common, h.extents);
 }
 static void members(auto& a, CommonMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
 static void members(auto& a, MeshLosses& l) {
@@ -33,10 +35,11 @@ static void members(auto& a, Box& b) { a(b.min, b.max); }
 static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
 static void members(auto& a, ChannelPoint& p) { a(p.is_node, p.node, p.position); }
 static void members(auto& a, ChannelDescription& c) {
-  a(c.name, c.kind, c.component, c.cfc, c.points, c.reach, c.field, c.parts, c.elements);
+  a(c.name, c.kind, c.component, c.cfc, c.points, c.reach, c.field, c.parts, c.elements, c.history, c.unit);
 }
 static void members(auto& a, PlannedChannel& c) {
-  a(c.name, c.unit, c.kind, c.component, c.cfc, c.nodes, c.distances, c.field, c.elements, c.areas);
+  a(c.name, c.unit, c.kind, c.component, c.cfc, c.nodes, c.distances, c.field, c.elements, c.areas, c.history,
+    c.history_index);
 }
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,

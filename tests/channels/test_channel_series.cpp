@@ -189,7 +189,8 @@ TEST_CASE("what a run's states do not determine is refused") {
     return std::vector<Track>{track_of(at, [](double) { return Vector3d(1, 2, 3); })};
   };
   const PlannedChannel velocity = channel_of(ChannelKind::velocity, ChannelComponent::x, 60);
-  CHECK(refusal_of(velocity, few, standing(few)).find("4 states and a derivative needs 5") != std::string::npos);
+  CHECK(refusal_of(velocity, few, standing(few)).find("4 states and a derivative or filter needs 5") !=
+        std::string::npos);
   // States 0.5 ms apart: 2000 per second, enough for class 200.
   CHECK(refusal_of(channel_of(ChannelKind::velocity, ChannelComponent::x, 200), times, standing(times)).empty());
   CHECK(refusal_of(channel_of(ChannelKind::velocity, ChannelComponent::x, 201), times, standing(times))

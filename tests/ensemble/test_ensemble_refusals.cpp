@@ -92,6 +92,11 @@ TEST_CASE("channels that cannot be are refused with key and line") {
   for (const char* key : {"parts", "elements"})
     check_refused(std::string("channel = [{name = \"a\", kind = \"mean\", ") + key + " = []}]",
                   {std::string("\"channel.") + key + "\" is empty; remove it for all"});
+  check_refused("channel = [{name = \"a\", kind = \"history\"}]", {"\"channel.history\" is missing"});
+  check_refused("channel = [{name = \"a\", kind = \"history\", history = \"b\", part = 1, wall = 1}]",
+                {"\"channel.wall\"", "give one of them"});
+  check_refused("channel = [{name = \"a\", kind = \"history\", history = \"b\", part = -1}]", {"\"channel.part\""});
+  check_refused("channel = [{name = \"a\", kind = \"velocity\", wall = 1}]", {"of kind \"history\" only"});
   check_refused("channel = [{name = \"a\", kind = \"velocity\", node = 1}]", {"unknown key \"channel.node\""});
 }
 

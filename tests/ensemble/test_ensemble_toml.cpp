@@ -88,6 +88,39 @@ field = "stress"
   CHECK(channels[1].elements.empty());
 }
 
+TEST_CASE("channels that are histories are read with their part or wall") {
+  const EnsembleFile ensemble;
+  const auto channels = ensemble
+                            .read(R"(runs = ["runs/*"]
+[[channel]]
+name = "energy"
+kind = "history"
+history = "internal_energy"
+unit = "kJ"
+[[channel]]
+name = "mass"
+kind = "history"
+history = "part_mass"
+part = 5
+unit = "kg"
+cfc = 60
+[[channel]]
+name = "force"
+kind = "history"
+history = "rigid_wall_force"
+wall = 2
+unit = "kN"
+)")
+                            .channels;
+  REQUIRE(channels.size() == 3);
+  CHECK(channels[0].kind == ChannelKind::history);
+  CHECK(channels[0].history.text() == "internal_energy");
+  CHECK(channels[0].unit == "kJ");
+  CHECK(channels[1].history.text() == "part_mass of part 5");
+  CHECK(channels[1].cfc == 60);
+  CHECK(channels[2].history.text() == "rigid_wall_force of wall 2");
+}
+
 TEST_CASE("what is not said keeps its default") {
   const EnsembleFile ensemble;
   const EnsembleDescription read = ensemble.read("runs = [\"runs/*\"]"), standard;

@@ -33,7 +33,7 @@ TEST_CASE("the error about missing steps names the run") {
 
 TEST_CASE("a missing state shifted the later ones without a word: unequal intervals are named") {
   const auto warning = [](const Steps& steps, const std::vector<double>& times) {
-    return irregular_times({steps, times, {}, {}}, "a").value_or("");
+    return irregular_times({steps, times, {}, {}, {}}, "a").value_or("");
   };
   CHECK(warning({0, 1, 2, 3, 4}, {0, 1e-3, 2e-3, 3e-3, 4e-3}).empty());
   CHECK(warning({0, 1, 2, 3, 4}, {0, 1.01e-3, 2e-3, 3e-3, 3.2e-3}).empty());  // whole time steps, and the end
@@ -78,7 +78,7 @@ TEST_CASE("runs with other times than most are listed in one line") {
   Survey survey;
   const std::vector<std::string> names{"a", "b", "c", "d", "e"};
   const auto add = [&](double begin, double end) {
-    survey.runs.push_back({.steps = {0, 1}, .times_s = {begin, end}, .fields = {}, .files = {}});
+    survey.runs.push_back({.steps = {0, 1}, .times_s = {begin, end}, .fields = {}, .histories = {}, .files = {}});
   };
   for (const double end : {0.015, 0.02, 0.012}) add(0, end);
   CHECK_FALSE(odd_times(survey, names));

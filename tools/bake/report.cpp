@@ -67,12 +67,19 @@ std::string statistic_text(const bake::ChannelReport& channel) {
                    printable(channel.field).c_str(), channel.elements);
 }
 
+/// "history part_mass of part 5, CFC 60".
+std::string history_text(const bake::ChannelReport& channel) {
+  return "history " + printable(channel.history.text()) +
+         (channel.cfc == 0 ? "" : ", CFC " + std::to_string(channel.cfc));
+}
+
 /// With the distances of the nodes from given points.
 void print_channels(const bake::BakeSummary& summary) {
   for (const bake::ChannelReport& channel : summary.channels) {
-    if (channel.elements > 0) {
-      std::printf("channel        %s [%s]: %s\n", printable(channel.name).c_str(), channel.unit.c_str(),
-                  statistic_text(channel).c_str());
+    if (channel.node_ids.empty()) {
+      const bool is_history = channel.kind == ChannelKind::history;
+      std::printf("channel        %s [%s]: %s\n", printable(channel.name).c_str(), printable(channel.unit).c_str(),
+                  (is_history ? history_text(channel) : statistic_text(channel)).c_str());
       continue;
     }
     std::string nodes;
@@ -98,7 +105,8 @@ Json channels_of(const bake::BakeSummary& summary) {
                         {"nodes", channel.node_ids},
                         {"distances", channel.distances},
                         {"field", channel.field.empty() ? Json() : Json(channel.field)},
-                        {"elements", channel.elements}});
+                        {"elements", channel.elements},
+                        {"history", channel.history.name.empty() ? Json() : Json(channel.history.text())}});
   return channels;
 }
 

@@ -174,7 +174,7 @@ Json channels_json(const Model& model) {
   for (std::uint32_t c = 0; c < model.channels(); ++c) {
     const ChannelInfo info = model.channel(c);
     const ChannelRow row = model.view().channels->row(c);
-    const bool is_statistic = is_of_field(info.kind);
+    const bool is_statistic = is_of_field(info.kind), is_history = info.kind == ChannelKind::history;
     list.push_back({{"name", info.name},
                     {"unit", info.unit},
                     {"kind", to_string(info.kind)},
@@ -182,7 +182,8 @@ Json channels_json(const Model& model) {
                     {"cfc", info.cfc},
                     {"nodes", std::vector<std::uint32_t>(row.node_ids.begin(), row.node_ids.begin() + row.nodes)},
                     {"field", is_statistic ? Json(model.field(row.field()).name) : Json()},
-                    {"elements", is_statistic ? row.elements() : 0}});
+                    {"elements", is_statistic ? row.elements() : 0},
+                    {"history", is_history ? Json(model.view().channels->history(c).text()) : Json()}});
   }
   return list;
 }
@@ -191,7 +192,9 @@ void print_channels(const Json& channels) {
   for (const Json& channel : channels) {
     std::printf("  %-16s [%s] %s ", text(channel["name"]).c_str(), text(channel["unit"]).c_str(),
                 text(channel["kind"]).c_str());
-    if (channel["field"].is_null())
+    if (!channel["history"].is_null())
+      std::printf("%s, CFC %s\n", text(channel["history"]).c_str(), text(channel["cfc"]).c_str());
+    else if (channel["field"].is_null())
       std::printf("%s of nodes %s, CFC %s\n", text(channel["component"]).c_str(), channel["nodes"].dump().c_str(),
                   text(channel["cfc"]).c_str());
     else

@@ -123,10 +123,11 @@ enum class ChannelKind : std::uint32_t {
   minimum,       // of a field over elements
   maximum,       // of a field over elements
   mean,          // of a field over elements, weighted by their areas at impact
+  history,       // a number per state that the solver wrote, of the run, a part or a rigid wall
 };
 enum class ChannelComponent : std::uint32_t { x, y, z, resultant };
-inline constexpr std::array<std::string_view, 8> channel_kind_names{
-    "displacement", "velocity", "acceleration", "distance", "intrusion", "minimum", "maximum", "mean"};
+inline constexpr std::array<std::string_view, 9> channel_kind_names{
+    "displacement", "velocity", "acceleration", "distance", "intrusion", "minimum", "maximum", "mean", "history"};
 inline constexpr std::array<std::string_view, 4> channel_component_names{"x", "y", "z", "resultant"};
 [[nodiscard]] constexpr std::string_view to_string(ChannelKind kind) noexcept {
   return channel_kind_names[static_cast<std::size_t>(kind)];
@@ -139,7 +140,7 @@ inline constexpr std::array<std::string_view, 4> channel_component_names{"x", "y
 struct ChannelInfo {
   std::string_view name, unit;
   ChannelKind kind = ChannelKind::displacement;
-  ChannelComponent component = ChannelComponent::resultant;  // of a distance or a field: resultant
+  ChannelComponent component = ChannelComponent::resultant;  // of a distance, field or history: resultant
   std::uint32_t cfc = 0;  // channel frequency class of SAE J211 by which it is filtered; 0: it is not
 };
 

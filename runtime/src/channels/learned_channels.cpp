@@ -14,27 +14,53 @@ namespace {
 
 using format::SectionId;
 
+std::vector<std::string_view> read_strings(const SectionReader& sections, SectionId id) {
+  std::string_view rest = sections.text(id);
+  if (rest.empty() || rest.back() != '\0') sections.fail(id, 0, "it is empty or the last string is not ended");
+  std::vector<std::string_view> strings;
+  while (!rest.empty()) {
+    strings.push_back(rest.substr(0, rest.find('\0')));
+    rest.remove_prefix(strings.back().size() + 1);
+  }
+  return strings;
+}
+
 /// name, unit, name, unit, ...
 void read_names(const SectionReader& sections, LearnedChannels& into) {
-  std::string_view rest = sections.text(SectionId::channel_names);
-  if (rest.empty() || rest.back() != '\0')
-    sections.fail(SectionId::channel_names, 0, "it is empty or the last string is not ended");
-  for (bool is_name = true; !rest.empty(); is_name = !is_name) {
-    const std::string_view text = rest.substr(0, rest.find('\0'));
+  bool is_name = true;
+  for (const std::string_view text : read_strings(sections, SectionId::channel_names)) {
     (is_name ? into.names : into.units).push_back(text);
-    rest.remove_prefix(text.size() + 1);
+    is_name = !is_name;
   }
   if (into.names.size() > most_channels) sections.fail(SectionId::channel_names, 0, "it names too many channels");
   if (into.names.size() != into.units.size()) sections.fail(SectionId::channel_names, 0, "a channel has no unit");
 }
 
+bool has_place(const ChannelRow& row, const format::Info& info) {
+  const auto kind = static_cast<ChannelKind>(row.kind);
+  if (is_of_nodes(kind)) return row.nodes > 0 && row.nodes <= ChannelRow::most_nodes;
+  if (is_of_field(kind)) return row.nodes == 0 && row.field() < info.fields && row.elements() > 0;
+  return row.nodes == 0 && row.node_ids[0] < history_owners && (row.node_ids[0] > 0 || row.node_ids[1] == 0);
+}
+
 void check_row(const SectionReader& sections, const ChannelRow& row, const format::Info& info) {
   const bool is_known = row.kind < channel_kind_names.size() && row.component < channel_component_names.size();
-  const bool has_place = is_of_field(static_cast<ChannelKind>(row.kind))
-                             ? row.nodes == 0 && row.field() < info.fields && row.elements() > 0
-                             : row.nodes > 0 && row.nodes <= ChannelRow::most_nodes;
-  if (!is_known || !has_place)
-    sections.fail(SectionId::channel_kinds, 0, "a kind, component, field or number of nodes or elements is unknown");
+  if (!is_known || !has_place(row, info))
+    sections.fail(SectionId::channel_kinds, 0,
+                  "a kind, component, field, history or number of nodes or elements is unknown");
+}
+
+/// The names of the channels that are histories, in their order.
+void read_histories(const SectionReader& sections, LearnedChannels& into) {
+  into.histories.resize(into.size());
+  std::vector<std::size_t> places;
+  for (std::size_t channel = 0; channel < into.size(); ++channel)
+    if (into.row(channel).kind == static_cast<std::uint32_t>(ChannelKind::history)) places.push_back(channel);
+  if (places.empty()) return;
+  const std::vector<std::string_view> names = read_strings(sections, SectionId::channel_histories);
+  if (names.size() != places.size())
+    sections.fail(SectionId::channel_histories, 0, "it has not one name for each channel that is a history");
+  for (std::size_t i = 0; i < places.size(); ++i) into.histories[places[i]] = names[i];
 }
 
 }  // namespace
@@ -45,6 +71,11 @@ double ChannelBound::half_width(double spread, double error_90) const noexcept {
 }
 
 ChannelRow LearnedChannels::row(std::size_t channel) const noexcept { return std::bit_cast<ChannelRow>(rows[channel]); }
+
+SolverHistory LearnedChannels::history(std::size_t channel) const {
+  const ChannelRow of = row(channel);
+  return {std::string(histories[channel]), static_cast<HistoryOwner>(of.node_ids[0]), of.node_ids[1]};
+}
 
 ChannelBound LearnedChannels::bound(std::size_t channel, bool is_hidden) const noexcept {
   if (bounds.empty()) return {};
@@ -62,6 +93,7 @@ std::shared_ptr<const LearnedChannels> read_channels(const SectionReader& sectio
   channels.bounds =
       sections.optional<std::array<double, 3>>(SectionId::channel_bounds, {count, LearnedChannels::kinds, 3});
   for (std::size_t channel = 0; channel < count; ++channel) check_row(sections, channels.row(channel), info);
+  read_histories(sections, channels);
   if (!sections.content(SectionId::channel_values).is_measured)
     sections.fail(SectionId::channel_values, 0, "a value is not finite or too large");
   for (const auto& numbers : channels.bounds)

@@ -2,6 +2,7 @@
 // their estimates are.
 #pragma once
 
+#include "runtime/src/channels/solver_history.hpp"
 #include "runtime/src/model/model_format.hpp"
 
 #include <lbea/lbea.hpp>
@@ -19,8 +20,12 @@ struct ModelView;
 /// That a bake accepts.
 inline constexpr std::size_t most_channels = 1024;
 
-/// Whether the channel is a statistic of a field and has no nodes.
-[[nodiscard]] constexpr bool is_of_field(ChannelKind kind) noexcept { return kind >= ChannelKind::minimum; }
+/// Whether the channel is computed from the positions of nodes.
+[[nodiscard]] constexpr bool is_of_nodes(ChannelKind kind) noexcept { return kind < ChannelKind::minimum; }
+/// Whether the channel is a statistic of a field.
+[[nodiscard]] constexpr bool is_of_field(ChannelKind kind) noexcept {
+  return kind >= ChannelKind::minimum && kind <= ChannelKind::mean;
+}
 
 [[nodiscard]] constexpr bool is_rate(ChannelKind kind) noexcept {
   return kind == ChannelKind::velocity || kind == ChannelKind::acceleration;
@@ -29,11 +34,12 @@ inline constexpr std::size_t most_channels = 1024;
 /// Section `channel_kinds`: one row per channel.
 struct ChannelRow {
   static constexpr std::size_t most_nodes = 4;
-  std::uint32_t kind = 0;                            // ChannelKind
-  std::uint32_t component = 0;                       // ChannelComponent
-  std::uint32_t cfc = 0;                             // SAE J211 channel frequency class; 0: not filtered
-  std::uint32_t nodes = 0;                           // how many of the following are used
-  std::array<std::uint32_t, most_nodes> node_ids{};  // of a field: its index, the number of elements, 0, 0
+  std::uint32_t kind = 0;       // ChannelKind
+  std::uint32_t component = 0;  // ChannelComponent
+  std::uint32_t cfc = 0;        // SAE J211 channel frequency class; 0: not filtered
+  std::uint32_t nodes = 0;      // how many of the following are used
+  // Of a field: its index, the number of elements, 0, 0. Of a history: HistoryOwner, the owner's number, 0, 0.
+  std::array<std::uint32_t, most_nodes> node_ids{};
 
   [[nodiscard]] std::uint32_t field() const noexcept { return node_ids[0]; }
   [[nodiscard]] std::uint32_t elements() const noexcept { return node_ids[1]; }
@@ -54,16 +60,19 @@ struct LearnedChannels {
   static constexpr std::size_t kinds = 2;  // of frames: seen completely; with a part hidden
 
   std::vector<std::string_view> names, units;
+  std::vector<std::string_view> histories;  // per channel; empty: it is not a history
   std::span<const std::array<std::uint32_t, channel_words>> rows;
   std::span<const float> values;                  // channels x samples
   std::span<const std::array<double, 3>> bounds;  // channels x kinds; empty: no intervals are known
 
   [[nodiscard]] std::size_t size() const noexcept { return names.size(); }
   [[nodiscard]] ChannelRow row(std::size_t channel) const noexcept;
+  /// Of a channel that is one.
+  [[nodiscard]] SolverHistory history(std::size_t channel) const;
   [[nodiscard]] ChannelBound bound(std::size_t channel, bool is_hidden) const noexcept;
 };
 
-/// Reads sections 0x8020 to 0x8023. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 0x8020 to 0x8023, and 0x8026. Null when the file has none. Throws Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const LearnedChannels> read_channels(const SectionReader& sections,
                                                                    const format::Info& info);
 

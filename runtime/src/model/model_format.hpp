@@ -97,12 +97,13 @@ enum class SectionId : std::uint32_t {
   window_variances = 0x801B,
   window_runs = 0x801C,
   window_parameters = 0x801D,
-  channel_names = 0x8020,  // 0x8020 to 0x8025: optional; the first three all or none
+  channel_names = 0x8020,  // 0x8020 to 0x8026: optional; the first three all or none
   channel_kinds = 0x8021,
   channel_values = 0x8022,
   channel_bounds = 0x8023,   // only with 64 to 66
   channel_numbers = 0x8024,  // 0x8024, 0x8025: forecasts of channels; all or none, only with 0x8018 and 0x8020
   channel_products = 0x8025,
+  channel_histories = 0x8026,  // only with channels that are histories
 };
 
 /// Cold: match() by lbea and fit does not read the section.

@@ -13,7 +13,7 @@ namespace lbea::tool {
 
 /// A channel in a frame.
 struct ChannelScore {
-  double truth = 0, value = 0, bound_90 = 0;                    // value, bound_90: NaN without; truth: NaN of a field
+  double truth = 0, value = 0, bound_90 = 0;  // value, bound_90: NaN without; truth: NaN of a field or history
   double final_truth = 0, final_value = 0, final_bound_90 = 0;  // of the forecast; NaN without
 };
 

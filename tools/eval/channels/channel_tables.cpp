@@ -12,7 +12,7 @@ namespace {
 
 std::string kind_of(const ChannelInfo& info) {
   std::string text(to_string(info.kind));
-  if (info.kind != ChannelKind::distance && !is_of_field(info.kind))
+  if (info.kind != ChannelKind::distance && is_of_nodes(info.kind))
     text += " " + std::string(to_string(info.component));
   return info.cfc == 0 ? text : text + ", CFC " + std::to_string(info.cfc);
 }

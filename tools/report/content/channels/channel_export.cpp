@@ -55,14 +55,14 @@ std::vector<ChannelInfo> channels_of(const Model& model) {
   return channels;
 }
 
-// Of ChannelKind, without those of fields.
+// Of ChannelKind, those of nodes.
 constexpr std::array<const char*, 5> dimensions{"DS", "VE", "AC", "DC", "DS"};
 constexpr std::array<const char*, 5> si_units{"m", "m/s", "m/(s*s)", "m", "m"};
-static_assert(is_of_field(static_cast<ChannelKind>(si_units.size())) && dimensions.size() == si_units.size());
+static_assert(!is_of_nodes(static_cast<ChannelKind>(si_units.size())) && dimensions.size() == si_units.size());
 constexpr std::array<char, 4> directions{'X', 'Y', 'Z', 'R'};  // of ChannelComponent
 
 /// Whether the unit is one of lengths. `info`: null for a channel that the model does not have.
-bool has_si_unit(const ChannelInfo* info) { return info != nullptr && !is_of_field(info->kind); }
+bool has_si_unit(const ChannelInfo* info) { return info != nullptr && is_of_nodes(info->kind); }
 
 /// Without its values. Without an SI unit, its own remains.
 io::MmeChannel described(const TestChannel& channel, const ChannelInfo* info, std::size_t number) {
