@@ -30,8 +30,11 @@ bool is_consistent(lbea::bake::SimulationReader& run) {
   bool all = !mesh.elements.empty() && mesh.positions.size() == 3 * mesh.nodes();
   for (const auto& element : mesh.elements)
     for (const std::uint32_t node : element) all = all && node < mesh.nodes();
+  std::size_t numbers = 0;
+  for (const auto& history : run.histories()) numbers += history.size();
   lbea::bake::SimulationState state;
   for (std::uint32_t s = 0; s < run.states(); ++s) {
+    for (std::uint32_t place = 0; place < numbers; ++place) static_cast<void>(run.history(s, place));
     run.read(s, state);
     all = all && state.positions.size() == 3 * mesh.nodes() && state.alive.size() == mesh.elements.size() &&
           state.fields.size() == run.fields().size() && (s == 0 || run.time_s(s) >= run.time_s(s - 1));

@@ -94,6 +94,7 @@ void check_numbers(const D3plot& d, std::size_t walls) {
       for (std::uint32_t s = run->states(); s-- > 0;) CHECK(run->history(s, place) == number(s, history, owner));
   }
   CHECK_THROWS_AS(static_cast<void>(run->history(run->states(), 0)), lbea::Error);
+  CHECK_THROWS_AS(static_cast<void>(run->history(0, place)), lbea::Error);
 }
 
 }  // namespace

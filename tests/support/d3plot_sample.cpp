@@ -95,6 +95,9 @@ std::map<std::string, D3plot> d3plot_corpus() {
   rich.deletion = D3plot::Deletion::nodes;
   fill_states(rich, 1);
   corpus["rich"] = rich;
+  D3plot histories = sample_d3plot(1);
+  histories.globals = 6 + 7 * histories.parts + 4;  // one rigid wall
+  corpus["histories"] = histories;
   return corpus;
 }
 

@@ -39,7 +39,11 @@ class Reader final : public bake::SimulationReader {
   }
   [[nodiscard]] std::vector<bake::SimulationHistory> histories() const override { return histories_.histories; }
   [[nodiscard]] double history(std::uint32_t state, std::uint32_t number) override {
-    return file_.real(place(state), histories_.words.at(number));
+    if (number >= histories_.words.size())
+      throw Error{Status::bad_input, database_.family.front().string() + " has " +
+                                         std::to_string(histories_.words.size()) +
+                                         " numbers of histories per state; it changed while it was read, try again"};
+    return file_.real(place(state), histories_.words[number]);
   }
   [[nodiscard]] std::vector<std::filesystem::path> files() const override { return database_.family; }
 
