@@ -81,28 +81,25 @@ std::vector<std::uint32_t> find_histories(const std::vector<SolverHistory>& chos
 std::vector<float> history_values(const PlannedChannel& channel, SimulationReader& reader, std::uint32_t place,
                                   std::span<const std::uint32_t> steps, double time_factor, const std::string& run) {
   const std::string where = "run " + run + ", ";
-  const auto value = [&](std::uint32_t state) {
-    const double number = reader.history(state, place);
+  const auto checked = [&](std::uint32_t state, double number) {
     if (!format::is_measured(number))
       throw Error(Status::bad_input, where + "state " + std::to_string(state) + ": history '" + channel.history.text() +
                                          "' is not finite or beyond 1e12, and channel '" + channel.name +
                                          "' needs it; correct the run, leave it out or remove the channel");
     return number;
   };
-  std::vector<float> values;
-  if (channel.cfc == 0) {
-    for (const std::uint32_t step : steps) values.push_back(static_cast<float>(value(step)));
-    return values;
-  }
+  const auto number = [&](std::uint32_t state) { return checked(state, reader.history(state, place)); };
   std::vector<double> series;
   try {
-    series = filtered(channel, reader, value, time_factor);
+    if (channel.cfc > 0) series = filtered(channel, reader, number, time_factor);
   } catch (const Error& error) {
     const std::string sentence = error.what();
     throw Error(error.status,
                 sentence.starts_with(where) ? sentence : where + "channel '" + channel.name + "': " + sentence);
   }
-  for (const std::uint32_t step : steps) values.push_back(static_cast<float>(series.at(step)));
+  std::vector<float> values;
+  for (const std::uint32_t step : steps)
+    values.push_back(static_cast<float>(channel.cfc > 0 ? checked(step, series.at(step)) : number(step)));
   return values;
 }
 

@@ -59,7 +59,7 @@ void read_histories(const SectionReader& sections, LearnedChannels& into) {
   if (places.empty()) return;
   const std::vector<std::string_view> names = read_strings(sections, SectionId::channel_histories);
   if (names.size() != places.size())
-    sections.fail(SectionId::channel_histories, 0, "it has not one name for each channel that is a history");
+    sections.fail(SectionId::channel_histories, 0, "it does not have one name per channel that is a history");
   for (std::size_t i = 0; i < places.size(); ++i) into.histories[places[i]] = names[i];
 }
 
