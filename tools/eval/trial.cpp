@@ -218,14 +218,11 @@ class Test {
   }
   void judge_channels() {
     if (model_.channels() == 0) return;
-    std::vector<double> times;
-    for (std::uint32_t state = 0; state < reader_->states(); ++state)
-      times.push_back(reader_->time_s(state) * settings_.time_factor);
     const auto read = [&](std::uint32_t state, std::vector<float>& positions) {
       reader_->read(state, state_);
       mesh_.positions(state_.positions, positions);
     };
-    channel_judge_.emplace(model_, times, read, name_);
+    channel_judge_.emplace(model_, *reader_, settings_.time_factor, read, name_);
   }
   void find_field() {
     if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;

@@ -19,6 +19,7 @@ std::vector<bake::PlannedChannel> planned_channels(const Model& model) {
     const ChannelRow row = model.view().channels->row(c);
     bake::PlannedChannel& channel = planned.emplace_back(bake::PlannedChannel{
         std::string(info.name), std::string(info.unit), info.kind, info.component, info.cfc, {}, {}});
+    if (info.kind == ChannelKind::history) channel.history = model.view().channels->history(c);
     for (std::size_t k = 0; k < row.nodes; ++k)
       channel.nodes.push_back(static_cast<std::uint32_t>(std::ranges::find(ids, row.node_ids[k]) - ids.begin()));
   }
@@ -31,19 +32,32 @@ std::vector<std::uint32_t> first_numbers(std::size_t count) {
   return numbers;
 }
 
+/// In all states; empty: the run lacks it.
+std::vector<float> true_history(const bake::PlannedChannel& channel, bake::SimulationReader& run, double time_factor,
+                                const std::string& name) {
+  std::uint32_t place = 0;
+  try {
+    place = bake::find_histories({channel.history}, run.histories(), name).front();
+  } catch (const Error&) { return {}; }
+  return bake::history_values(channel, run, place, first_numbers(run.states()), time_factor, name);
+}
+
 }  // namespace
 
-ChannelJudge::ChannelJudge(const Model& model, std::span<const double> times, const ReadPositions& read,
-                           const std::string& run)
-    : model_(model), states_(times.size()), evaluator_(model, FitSettings{}.most_combined()) {
+ChannelJudge::ChannelJudge(const Model& model, bake::SimulationReader& run, double time_factor,
+                           const ReadPositions& read, const std::string& name)
+    : model_(model), states_(run.states()), evaluator_(model, FitSettings{}.most_combined()) {
   const std::vector<bake::PlannedChannel> planned = planned_channels(model);
   bake::ChannelRecorder recorder(planned, first_numbers(model.nodes()));
   std::vector<float> positions;
   for (std::uint32_t state = 0; state < states_ && !planned.empty(); ++state) {
     read(state, positions);
-    recorder.add(positions, model.node_ids(), times[state], run);
+    recorder.add(positions, model.node_ids(), run.time_s(state) * time_factor, name);
   }
-  if (!planned.empty()) truth_ = recorder.values(first_numbers(states_), run);
+  for (std::size_t c = 0; c < planned.size(); ++c)
+    if (planned[c].kind == ChannelKind::history)
+      recorder.set_history(c, true_history(planned[c], run, time_factor, name));
+  if (!planned.empty()) truth_ = recorder.values(first_numbers(states_), name);
 }
 
 std::vector<ChannelScore> ChannelJudge::scores(const MatchResult& result, const TestForecast* forecast,

@@ -1,7 +1,7 @@
 // How well channels are estimated: against those of the test's own run.
 #pragma once
 
-#include "precompute/channels/channel_series.hpp"
+#include "precompute/channels/channel_history.hpp"
 #include "runtime/src/channels/learned_channels.hpp"
 
 #include <lbea/forecast.hpp>
@@ -13,7 +13,8 @@ namespace lbea::tool {
 
 /// A channel in a frame.
 struct ChannelScore {
-  double truth = 0, value = 0, bound_90 = 0;  // value, bound_90: NaN without; truth: NaN of a field or history
+  double truth = 0, value = 0,
+         bound_90 = 0;  // value, bound_90: NaN without; truth: NaN of a field, and of a history that the run lacks
   double final_truth = 0, final_value = 0, final_bound_90 = 0;  // of the forecast; NaN without
 };
 
@@ -22,8 +23,10 @@ class ChannelJudge {
   /// Sets positions to those of a state, on the nodes of the model: nodes x 3.
   using ReadPositions = std::function<void(std::uint32_t state, std::vector<float>& positions)>;
 
-  /// times: of all states of the run, s. Throws Error{bad_input} when a channel cannot be computed from the run.
-  ChannelJudge(const Model& model, std::span<const double> times, const ReadPositions& read, const std::string& run);
+  /// time_factor: seconds per unit of the run's times. Throws Error{bad_input} when a channel cannot be computed from
+  /// the run.
+  ChannelJudge(const Model& model, bake::SimulationReader& run, double time_factor, const ReadPositions& read,
+               const std::string& name);
 
   /// forecast: with the frame; null: none.
   [[nodiscard]] std::vector<ChannelScore> scores(const MatchResult& result, const TestForecast* forecast,
