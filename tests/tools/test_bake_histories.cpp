@@ -7,7 +7,9 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cstring>
+#include <fstream>
 
 using namespace lbea;
 using namespace lbea::test;

@@ -1,5 +1,6 @@
 #include "adapters/simulation/d3plot/database.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 namespace lbea::io::d3plot {
