@@ -54,7 +54,7 @@ FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* p
   errors.estimate = distance(estimate);
   errors.match = distance(shape(fitter_.matches()[0].sample));
   errors.spread = double{fit.spread};
-  const auto completed_image = fitter_.estimate().completed();
+  const auto completed_image = fitter_.completed();
   if (frame.is_hidden) errors.completed.assign(completed_image.begin(), completed_image.end());
   return errors;
 }

@@ -4,30 +4,50 @@
 
 #include "runtime/src/depth/combination.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
-#include "runtime/src/fit/candidate_search.hpp"
-#include "runtime/src/fit/pose_fit.hpp"
+#include "runtime/src/match/sample_search.hpp"
 #include "runtime/src/match/shape_landmarks.hpp"
 
 namespace lbea {
 
+/// What is combined.
+struct EstimateProblem {
+  std::span<const RankedSample> samples;   // k candidates, best first
+  std::span<const Match> candidates;       // the same; distance: residual, length unit
+  std::span<const float> gram;             // k x k: mean products of the residuals, length unit squared
+  std::span<const RankedSample> proposed;  // the samples that they were chosen from
+  bool is_hidden = false;                  // something hides a part of the component
+  bool reads_copies = true;                // see CandidateSearch
+};
+
+/// Shape scores by the regression. Without scores, the candidates alone determine the estimate.
+struct ShapePrediction {
+  std::span<const float> scores{};
+  float blend = 0, most_difference = 0;  // of ShapeRegression
+
+  /// As the regression's, of a frame of which something hides a part or not.
+  [[nodiscard]] static ShapePrediction of(std::span<const float> scores, const ShapeRegression& regression,
+                                          bool is_hidden) noexcept {
+    if (is_hidden) return {scores, regression.hidden_blend, regression.hidden_most_difference};
+    return {scores, regression.blend, regression.most_difference};
+  }
+};
+
 class ShapeEstimate {
  public:
-  /// search: whose candidates are combined. Keeps references to all but the settings. Allocates all memory.
-  ShapeEstimate(const ModelView& model, const DepthImages& images, CandidateSearch& search,
+  /// Keeps references to the model and to the regression's memory. Allocates all memory, for up to `most` candidates.
+  ShapeEstimate(const ModelView& model, const ShapeRegression& regression, std::size_t most,
                 const FitSettings& settings);
 
-  /// Sets the residuals of the candidates, their mean products, and their distances from the best one. Does not
-  /// allocate.
-  void compare() noexcept;
-  /// What the compared candidates say about the pose.
-  [[nodiscard]] PoseProblem pose_problem() const noexcept;
-  /// Of an image of which nothing is hidden: see ShapePredictor. Does not allocate.
-  [[nodiscard]] std::span<const float> predict(std::span<const float> observed) noexcept {
-    return predictor_.predict(observed);
-  }
-  /// Combines the compared candidates; without a prediction of the image, of its own. Does not allocate.
-  void combine(std::span<const float> predicted) noexcept;
+  /// Begins the estimate of a frame: sets the distances of the candidates from the best one. The problem's spans must
+  /// remain valid until the last call for the frame. Does not allocate.
+  void begin(const EstimateProblem& problem) noexcept;
+  /// Sets the candidates' shares. Does not allocate.
+  void combine() noexcept;
+  /// Takes the combination of candidates, moved toward the prediction. Does not allocate.
+  void follow(const ShapePrediction& prediction) noexcept;
 
+  /// Per candidate, in their combination.
+  [[nodiscard]] std::span<const float> shares() const noexcept { return std::span(shares_).first(count()); }
   /// Residual of the combination of candidates, length unit.
   [[nodiscard]] float residual() const noexcept { return residual_; }
   [[nodiscard]] std::span<const WeightedSample> samples() const noexcept { return std::span(samples_).first(used_); }
@@ -40,51 +60,35 @@ class ShapeEstimate {
   [[nodiscard]] const std::array<float, ShapeRegression::shape_scores>& shape() const noexcept { return shape_; }
   /// Mean time of the samples, s.
   [[nodiscard]] double time_s() const noexcept { return time_s_; }
-  /// What the frame shows and, in hidden parts, the combination of the candidates. Only of frames of which something
-  /// hides a part.
-  [[nodiscard]] std::span<const float> completed() const noexcept { return completed_.cells(); }
 
  private:
-  std::size_t gather_residuals(std::size_t cells) noexcept;
   void combine_candidates() noexcept;
   void extrapolate() noexcept;
   [[nodiscard]] float residual_of_combination() const noexcept;
   void use_candidates() noexcept;
-  void begin() noexcept;
+  void clear() noexcept;
   void use(std::uint32_t sample, float weight, std::span<const float> landmarks) noexcept;
-  [[nodiscard]] std::span<const float> predict_hidden(std::span<const float> predicted) noexcept;
-  void move_toward(std::span<const float> predicted) noexcept;
+  void move_toward(const ShapePrediction& prediction) noexcept;
   void use_neighbors() noexcept;
   [[nodiscard]] float compare_neighbors() noexcept;
-  [[nodiscard]] std::size_t count() const noexcept { return search_.count(); }
-  [[nodiscard]] std::span<float> residuals(std::size_t candidate) noexcept {
-    const std::size_t cells = padded_cells(images_.camera);
-    return std::span(residuals_).subspan(candidate * cells, cells);
-  }
+  [[nodiscard]] std::size_t count() const noexcept { return problem_.samples.size(); }
   /// For the landmarks of a shape, one per candidate and one more.
   [[nodiscard]] std::span<float> buffer(std::size_t i) noexcept {
     return std::span(landmark_buffer_).subspan(i * shapes_.size(), shapes_.size());
   }
 
   const ModelView& model_;
-  const DepthImages& images_;
-  CandidateSearch& search_;
+  ShapeRegression regression_;
   FitSettings settings_;
-  const Kernels& code_;
   ShapeLandmarks shapes_;
+  EstimateProblem problem_{};
   std::vector<float> landmark_buffer_;
   std::vector<std::span<const float>> landmarks_;  // of the candidates
   std::vector<float> from_best_, from_estimate_;
-  std::vector<float> residuals_;      // candidates x cells, depth steps
-  std::vector<float> gathered_;       // the same where any of them is not zero
-  std::vector<std::uint32_t> lines_;  // first cells of these lines
-  float filled_ = 1;                  // cells that the frame or the best candidate fills
-  std::vector<float> gram_, products_, linear_, shares_;
+  std::vector<float> linear_, shares_;
   SimplexProblem simplex_;
   RidgeProblem ridge_;
   float residual_ = 0;
-  ShapePredictor predictor_;
-  CompletedImage completed_;
   std::vector<float> target_;  // shape scores
   BestSamples neighbors_;      // by distance of their shape scores from the target
   std::vector<float> offsets_, by_score_, neighbor_gram_, weights_, prices_;  // by_score_: offsets_ transposed

@@ -10,12 +10,11 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       settings_(settings),
       code_(kernels()),
       search_(model, *views_.data(), max_matches, settings),
-      estimate_(model, *views_.data(), search_, settings),
+      residuals_(*views_.data(), search_, search_.capacity()),
+      gram_(search_.capacity() * search_.capacity()),
+      estimate_(model, views_.data()->regression, search_.capacity(), settings),
       pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric, search_.capacity()),
-      matches_(std::min<std::uint32_t>(max_matches, static_cast<std::uint32_t>(search_.capacity()))),
-      matched_(matches_.capacity()),
-      ranks_(search_.capacity()),
-      plausibility_(search_.capacity()),
+      weights_(model, search_.capacity(), max_matches, views_.data()->metric.mesh_noise, settings),
       shown_(padded_cells(views_.data()->camera)),
       judged_residual_(shown_.size()),
       neighbor_residual_(shown_.size()),
@@ -29,7 +28,7 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   search_.search(proposed, prior);
   times_.ranking = watch_.lap_ns();
   if (is_hidden()) return fit_candidates({});
-  return fit_candidates(estimate_.predict(search_.image().observed));
+  return fit_candidates(residuals_.predict(search_.image().observed));
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
@@ -41,15 +40,62 @@ SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSam
 
 SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexcept {
   SurfaceFit result;
-  estimate_.compare();
+  compare();
   if (const PoseBelief* prior = search_.image().prior; prior != nullptr)
-    pose_ = pose_fit_.estimate(estimate_.pose_problem(), *prior, settings_);
-  estimate_.combine(predicted);
-  weigh(result);  // candidates ranked by their distance from the estimate
+    pose_ = pose_fit_.estimate(pose_problem(), *prior, settings_);
+  estimate_.combine();
+  if (is_hidden()) predicted = predict_hidden(predicted);
+  estimate_.follow(ShapePrediction::of(predicted, residuals_.regression(), is_hidden()));
+  result.estimate = estimate_.samples();
+  result.estimate_residual = estimate_.residual();
+  result.residual = search_.candidates()[0].distance;
+  weights_.weigh(problem(), search_.residuals_alone(), estimate_, result);  // ranks, spread
   times_.estimate = watch_.lap_ns();
-  judge(result);  // spread, misfit, verdict
+  judge(result);  // bound, misfit, verdict
   times_.judgment = watch_.lap_ns();
   return result;
+}
+
+/// Sets the residuals of the candidates, their mean products, and their distances from the best one.
+void SurfaceFitter::compare() noexcept {
+  const auto samples = search_.ranking().ranked();
+  const auto gram = std::span(gram_).first(samples.size() * samples.size());
+  residuals_.compare(samples);
+  std::ranges::fill(gram, 0.0f);
+  residuals_.add_products(square(views_.data()->camera.depth_step) / residuals_.filled(), gram);
+  estimate_.begin(problem());
+}
+
+EstimateProblem SurfaceFitter::problem() const noexcept {
+  return {.samples = search_.ranking().ranked(),
+          .candidates = search_.candidates(),
+          .gram = std::span(gram_).first(search_.count() * search_.count()),
+          .proposed = search_.proposed(),
+          .is_hidden = is_hidden(),
+          .reads_copies = search_.reads_copies()};
+}
+
+/// What the compared candidates say about the pose. Where something hides a part, the edges of what is seen are not
+/// those of the component.
+PoseProblem SurfaceFitter::pose_problem() const noexcept {
+  const FrameImage& image = search_.image();
+  return {.observed = image.observed,
+          .points = image.points,
+          .in_all = search_.ranking().in_all(),
+          .images = *views_.data(),
+          .candidates = search_.ranking().ranked(),
+          .residuals = residuals_.all(),
+          .gram = std::span(gram_).first(search_.count() * search_.count()),
+          .from_best = estimate_.from_best(),
+          .cells = residuals_.filled(),
+          .has_silhouette = !image.is_hidden};
+}
+
+/// By the completed image, unless it is known.
+std::span<const float> SurfaceFitter::predict_hidden(std::span<const float> predicted) noexcept {
+  if (predicted.empty()) return residuals_.predict_completed(estimate_.shares());
+  residuals_.complete(estimate_.shares());
+  return predicted;
 }
 
 void SurfaceFitter::add_times(StageTimes& times) const noexcept {
@@ -59,90 +105,43 @@ void SurfaceFitter::add_times(StageTimes& times) const noexcept {
   times.judgment += times_.judgment;
 }
 
-void SurfaceFitter::weigh(SurfaceFit& result) noexcept {
-  const auto candidates = search_.candidates();
-  const auto from_estimate = estimate_.from_estimate();
-  matches_.clear();
-  for (std::uint32_t i = 0; i < candidates.size(); ++i) {
-    const float squared = square(from_estimate[i]) + settings_.residual_rank * square(candidates[i].distance);
-    ranks_[i] = std::sqrt(squared);
-    matches_.offer(i, squared);
-  }
-  std::ranges::transform(matches_.ranked(), matched_.begin(), [&](const RankedSample& match) {
-    return RankedSample{search_.sample(match.sample), from_estimate[match.sample]};
-  });
-  result.candidates = candidates;
-  result.ranks = std::span<const float>(ranks_).first(candidates.size());
-  result.estimate = estimate_.samples();
-  result.estimate_residual = estimate_.residual();
-  result.residual = candidates[0].distance;
-}
-
 void SurfaceFitter::judge(SurfaceFit& result) noexcept {
-  set_spread(result);
   verdict_ = Verdict::unknown;
   error_90_ = std::numeric_limits<float>::quiet_NaN();
   constexpr float least_judged = 0.1f;   // a few stray points are no evidence for or against the samples
   constexpr float least_bounded = 0.5f;  // the bake learns the errors of frames of which a third is hidden
-  const float shown = shown_share();
+  const float shown = shown_share(search_.sample(0));
   if (!has_expectation_ || shown < least_judged) return;
   const DepthImages& images = *views_.data();
   const float per_spread = is_hidden() ? images.hidden_error_per_spread : images.error_per_spread;
   if (per_spread > 0) error_90_ = per_spread * result.spread;
   if (shown >= least_bounded || !is_hidden()) result.error_90 = error_90_;
   set_misfit(result);
-  verdict_ = result.misfit > images.misfit_limit      ? Verdict::no_simulation_fits
-             : are_several_plausible(result.residual) ? Verdict::ambiguous
-                                                      : Verdict::matched;
+  verdict_ = result.misfit > images.misfit_limit                     ? Verdict::no_simulation_fits
+             : weights_.are_several_plausible(estimate_.from_best()) ? Verdict::ambiguous
+                                                                     : Verdict::matched;
 }
 
-/// Of the shapes, and of the times, of the samples that are plausible by the frame alone, as in the frames that the
-/// bake learns from.
-void SurfaceFitter::set_spread(SurfaceFit& result) noexcept {
-  const auto alone = search_.residuals_alone(), from_estimate = estimate_.from_estimate();
-  const Plausibility<float> plausibility(alone[search_.best_alone()], views_.data()->metric.mesh_noise,
-                                         settings_.sharpness);
-  float all = 0, spread = 0;
-  double variance = 0;
-  for (std::size_t i = 0; i < alone.size(); ++i) {
-    const float weight = plausibility(alone[i]);
-    all += weight;
-    spread += weight * from_estimate[i];
-    if (model_.sample_times.empty()) continue;
-    const double later = model_.sample_times[search_.sample(i)] - estimate_.time_s();
-    variance += double{weight} * later * later;
-  }
-  result.spread = spread / all;
-  time_variance_ = variance / double{all};
-}
-
-/// Cells that the frame shows, relative to those that the best candidate fills.
-float SurfaceFitter::shown_share() const noexcept {
+float SurfaceFitter::shown_share(std::uint32_t sample) const noexcept {
   const auto shown = std::ranges::count_if(search_.image().observed, [](float depth) { return depth >= 0; });
   const auto filled =
-      std::ranges::count_if(search_.image_of(0), [](std::uint16_t depth) { return depth != empty_cell; });
+      std::ranges::count_if(views_.data()->of_sample(sample), [](std::uint16_t depth) { return depth != empty_cell; });
   return static_cast<float>(shown) / std::max(static_cast<float>(filled), 1.0f);
 }
 
-/// Relative to what the plausible candidates' residuals would be in a run that is not in the ensemble.
+/// Relative to what the plausible candidates' residuals would be in a run that is not in the ensemble. The history does
+/// not decide whether a sample fits.
 void SurfaceFitter::set_misfit(SurfaceFit& result) noexcept {
   const float noise = square(views_.data()->metric.mesh_noise);
-  const Plausibility<float> plausibility(result.residual, views_.data()->metric.mesh_noise, settings_.sharpness);
-  float all = 0, expected = 0;
-  for (std::size_t i = 0; i < search_.count(); ++i) {
-    plausibility_[i] = plausibility(search_.candidates()[i].distance);
-    all += plausibility_[i];
-    expected += plausibility_[i] * square(views_.expected_residual(search_.sample(i)));
-  }
-  result.misfit = std::sqrt((judged_square() + noise) / (expected / all + noise));
+  const float expected =
+      weights_.plausible_mean([&](std::uint32_t sample) { return square(views_.expected_residual(sample)); });
+  const float squared = judged_square(search_.sample(weights_.best_alone()));
+  result.misfit = std::sqrt((squared + noise) / (expected + noise));
 }
 
-/// The best candidate's squared residual, tolerant of edges, of what the frame shows, in squared length units; after
-/// interpolation to the state before or after it, if less than half remains then: the frame is between the two states.
-/// Another shape hardly becomes more similar.
-float SurfaceFitter::judged_square() noexcept {
+// A frame between two states is explained by interpolation; another shape hardly becomes more similar by it.
+float SurfaceFitter::judged_square(std::uint32_t sample) noexcept {
   const DepthImages& images = *views_.data();
-  const std::uint32_t sample = search_.sample(search_.best_alone());  // the history does not decide whether one fits
   // Where something hides a part, an empty cell is no evidence.
   std::ranges::transform(search_.image().observed, shown_.begin(),
                          [&](float depth) { return is_hidden() && depth == nothing_seen ? not_observed : depth; });
@@ -159,19 +158,6 @@ float SurfaceFitter::judged_square() noexcept {
   }
   constexpr float between = 0.5f;
   return (least < between ? least : 1) * square * images.camera.depth_step * images.camera.depth_step;
-}
-
-/// Whether a candidate of another simulation than the best one explains the frame by a clearly different shape.
-bool SurfaceFitter::are_several_plausible(float best_residual) const noexcept {
-  constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
-  constexpr float clearly_different = 1.5f;  // relative to its residual
-  const auto candidates = search_.candidates();
-  const float least = clearly_different * std::sqrt(square(best_residual) + square(views_.data()->metric.mesh_noise));
-  for (std::size_t i = 1; i < candidates.size(); ++i)
-    if (candidates[i].sample.simulation != candidates[0].sample.simulation && plausibility_[i] > clearly_plausible &&
-        estimate_.from_best()[i] > least)
-      return true;
-  return false;
 }
 
 }  // namespace lbea

@@ -2,7 +2,9 @@
 // the frame.
 #pragma once
 
-#include "runtime/src/fit/shape_estimate.hpp"
+#include "runtime/src/fit/candidate_weights.hpp"
+#include "runtime/src/fit/image_residuals.hpp"
+#include "runtime/src/fit/pose_fit.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea {
@@ -22,9 +24,7 @@ class SurfaceFitter {
   SurfaceFit fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
 
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
-  [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
-    return std::span(matched_).first(matches_.ranked().size());
-  }
+  [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return weights_.matches(); }
   [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
   /// error_90, also of frames of which too much is hidden for a bound that is published; NaN: not known.
   [[nodiscard]] float error_90() const noexcept { return error_90_; }
@@ -41,10 +41,18 @@ class SurfaceFitter {
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
   [[nodiscard]] const CandidateSearch& search() const noexcept { return search_; }
   [[nodiscard]] const ShapeEstimate& estimate() const noexcept { return estimate_; }
+  /// What the frame shows and, in hidden parts, the combination of the candidates. Only of frames of which something
+  /// hides a part.
+  [[nodiscard]] std::span<const float> completed() const noexcept { return residuals_.completed(); }
   /// Mean time of the estimate's samples; its variance over the plausible samples.
-  [[nodiscard]] TimeBelief time() const noexcept { return {estimate_.time_s(), time_variance_}; }
+  [[nodiscard]] TimeBelief time() const noexcept { return {estimate_.time_s(), weights_.time_variance()}; }
   /// Adds what something may hide of the last frame. Removes what the frame shows.
   void update(HiddenCells& hidden) noexcept { search_.update(hidden); }
+  /// Number of cells that the frame shows, relative to those that a sample fills.
+  [[nodiscard]] float shown_share(std::uint32_t sample) const noexcept;
+  /// A sample's squared residual, tolerant of edges, of what the frame shows, in squared length units; after
+  /// interpolation to the state before or after it, if less than half remains then.
+  [[nodiscard]] float judged_square(std::uint32_t sample) noexcept;
   /// Of a depth image.
   [[nodiscard]] std::size_t cells() const noexcept { return views_.data()->camera.cells(); }
   /// Whether the bake knows the residuals of left-out runs. A verdict is then unknown only of frames that show a few
@@ -56,13 +64,12 @@ class SurfaceFitter {
 
  private:
   SurfaceFit fit_candidates(std::span<const float> predicted) noexcept;
-  void weigh(SurfaceFit& result) noexcept;
+  void compare() noexcept;
+  [[nodiscard]] PoseProblem pose_problem() const noexcept;
+  [[nodiscard]] std::span<const float> predict_hidden(std::span<const float> predicted) noexcept;
+  [[nodiscard]] EstimateProblem problem() const noexcept;
   void judge(SurfaceFit& result) noexcept;
-  void set_spread(SurfaceFit& result) noexcept;
   void set_misfit(SurfaceFit& result) noexcept;
-  [[nodiscard]] float shown_share() const noexcept;
-  [[nodiscard]] float judged_square() noexcept;
-  [[nodiscard]] bool are_several_plausible(float best_residual) const noexcept;
 
   const ModelView& model_;
   SensorViews views_;
@@ -71,17 +78,16 @@ class SurfaceFitter {
   Stopwatch watch_;
   StageTimes times_;  // of the last frame's parts
   CandidateSearch search_;
+  ImageResiduals residuals_;
+  std::vector<float> gram_;  // mean products of the candidates' residuals, length unit squared
   ShapeEstimate estimate_;
   PoseFit pose_fit_;
   PoseBelief pose_;
-  BestSamples matches_;  // by distance from the estimate and own residual; numbers of candidates, not of samples
-  std::vector<RankedSample> matched_;
-  std::vector<float> ranks_, plausibility_;  // per candidate
-  std::vector<float> shown_;                 // cells: of the frame, that its misfit depends on
-  std::vector<float> judged_residual_;       // cells: of the best candidate, tolerant of edges
-  std::vector<float> neighbor_residual_;     // cells: of the state before or after a candidate
-  bool has_expectation_;                     // the bake knows the residuals of left-out runs
-  double time_variance_ = 0;
+  CandidateWeights weights_;
+  std::vector<float> shown_;              // cells: of the frame, that its misfit depends on
+  std::vector<float> judged_residual_;    // cells: of the best candidate, tolerant of edges
+  std::vector<float> neighbor_residual_;  // cells: of the state before or after a candidate
+  bool has_expectation_;                  // the bake knows the residuals of left-out runs
   Verdict verdict_ = Verdict::unknown;
   float error_90_ = std::numeric_limits<float>::quiet_NaN();
 };
