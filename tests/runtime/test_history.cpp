@@ -84,7 +84,7 @@ TEST_CASE("frames without stamps, of the future or of long ago are no evidence a
 
 TEST_CASE("a sample costs as much as its simulation differed from the earlier shape") {
   const TwoSimulations two;
-  ExpectationCosts costs(two.view, two.images);
+  ExpectationCosts costs(two.view, two.images.regression);
   EarlierShape earlier = shape_at(0, 1);
   earlier.scores[0] = 2.5f;  // simulation 0 at 2.5 ms
   const FrameExpectation expected{1'500'000, &earlier, {}};
@@ -101,7 +101,7 @@ TEST_CASE("a sample costs as much as its simulation differed from the earlier sh
 
 TEST_CASE("a sample costs as much as its time differs from that of the frame") {
   const TwoSimulations two;
-  ExpectationCosts costs(two.view, two.images);
+  ExpectationCosts costs(two.view, two.images.regression);
   const FrameExpectation expected{0, nullptr, {2e-3, 1e-6}};
   costs.assess(all_samples(), &expected);
   for (const std::uint32_t first : {0u, 5u})
@@ -231,7 +231,7 @@ TEST_CASE("a test that begins undeformed has not lasted longer than since shortl
 
 TEST_CASE("only samples later than the latest cost") {
   const TwoSimulations two;
-  ExpectationCosts costs(two.view, two.images);
+  ExpectationCosts costs(two.view, two.images.regression);
   const FrameExpectation expected{0, nullptr, {}, {2e-3, 1e-6}};
   costs.assess(all_samples(), &expected);
   for (std::uint32_t state = 0; state < 5; ++state)

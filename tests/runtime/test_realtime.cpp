@@ -6,6 +6,7 @@
 
 #include <lbea/lbea.h>
 #include <lbea/forecast.hpp>
+#include <lbea/rigs.hpp>
 #include <lbea/tracker.hpp>
 
 #include <lbea/test_history.hpp>
@@ -123,6 +124,31 @@ TEST_CASE("the history of a test, with the pose estimated, and forecasts take no
     forecast.update(matcher.match({id, static_cast<std::int64_t>(id) * 1'000'000, clouds[id]}, history));
   CHECK(heap_calls == before);
   CHECK(forecast.state().frames > 0);
+}
+
+TEST_CASE("captures of two rigs, one of them hidden in part or without points, take no call to the heap") {
+  const TemporaryFolder folder;
+  bake_model(similar_plates(4, 6), bent_plates_description(), folder / "plates.lbea", with_views());
+  const Model model = Model::open(folder / "plates.lbea");
+  const Rig rig{fit_config().T_reference_sensor, {}};
+  RigMatcher matcher(model, fit_config(), {rig, rig});
+  std::vector<std::vector<Point>> clouds;
+  for (int step = 0; step < 24; ++step) {
+    clouds.push_back(seen(bent(0.03 * step), {}, static_cast<std::uint64_t>(step)));
+    if (step % 3 == 2) clouds.back().resize(clouds.back().size() / 2);
+  }
+  clouds.push_back({{5, 5, 5}});
+  clouds.emplace_back();
+  std::uint64_t used = 0;
+  const std::uint64_t before = heap_calls;
+  for (std::uint64_t id = 0; id < clouds.size(); ++id) {
+    const std::int64_t stamp_ns = static_cast<std::int64_t>(id) * 1'000'000;
+    const std::array frames{Frame{id, stamp_ns, clouds[id]}, Frame{id, stamp_ns, clouds[clouds.size() - 1 - id]}};
+    const MatchResult result = matcher.match(frames);
+    for (const RigResult& one : matcher.rigs()) used += one.is_used && result.fit.residual >= 0 ? 1 : 0;
+  }
+  CHECK(heap_calls == before);
+  CHECK(used > 24);
 }
 
 TEST_CASE("the same through the C interface") {

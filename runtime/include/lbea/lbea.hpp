@@ -436,6 +436,7 @@ class LBEA_API Matcher {
   [[nodiscard]] const MatcherConfig& config() const noexcept;
 
  private:
+  friend class RigMatcher;
   struct LBEA_HIDDEN State;
   [[nodiscard]] LBEA_HIDDEN MatchResult match(const Frame& frame, HistoryState* history) noexcept;
   std::unique_ptr<State> state_;

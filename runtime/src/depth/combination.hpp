@@ -42,8 +42,9 @@ class RidgeProblem {
 };
 
 struct FitSettings {
-  std::uint32_t proposals = 256;  // samples whose depth images are compared
-  std::uint32_t candidates = 24;  // the best of them, which the estimate combines
+  std::uint32_t proposals = 256;        // samples whose depth images are compared
+  std::uint32_t candidates = 24;        // the best of them, which the estimate combines
+  std::uint32_t joint_candidates = 48;  // the same by the images of several rigs, which tell more shapes apart
   // Something hides a part of the component if no sample explains the whole frame: if the least squared residual is
   // more than this times the least one without the cells far from what the frame shows
   float hidden = 1.6f;
@@ -64,7 +65,9 @@ struct FitSettings {
   float sharpness = 8;  // of the Plausibility
 
   /// Most samples in an estimate.
-  [[nodiscard]] constexpr std::uint32_t most_combined() const noexcept { return std::max(candidates, neighbors); }
+  [[nodiscard]] constexpr std::uint32_t most_combined() const noexcept {
+    return std::max({candidates, joint_candidates, neighbors});
+  }
 };
 
 }  // namespace lbea

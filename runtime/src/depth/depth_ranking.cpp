@@ -161,45 +161,56 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
                                 std::span<const RankedSample> proposed, const ExpectationCosts* costs,
                                 bool knows_parts) noexcept {
   const std::size_t stride = observed.size();
+  set_frame(observed, true, knows_parts);
+  compare(observed, depths, proposed);
+  choose(promising_, costs);
+  compared_count_ = 0;
+  for (const RankedSample& one : promising_.ranked()) {
+    const float mean = compare(depths.subspan(one.sample * stride, stride)).mean();
+    compared_[compared_count_++] = {one.sample, mean};
+  }
+  choose(best_, costs);
+  find_common(depths);
+  return ranked()[0].distance - compare_shown(depths.subspan(ranked()[0].sample * stride, stride)).mean();
+}
+
+void DepthRanking::set_frame(std::span<const float> observed, bool is_hidden, bool knows_parts) noexcept {
+  observed_ = observed;
+  is_hidden_ = is_hidden;
+  if (!is_hidden) return;
   std::ranges::transform(observed, whole_.begin(), [](float depth) { return depth < 0 ? nothing_seen : depth; });
   if (knows_parts)
     parts_.set_frame_with_known_parts(observed);
   else
     parts_.set_frame(observed);
-  compare(observed, depths, proposed);
-  choose(promising_, costs);
-  compared_count_ = 0;
-  for (const RankedSample& one : promising_.ranked()) {
-    const auto image = depths.subspan(one.sample * stride, stride);
-    const CellSums sums = code_.compare_depths(whole_.data(), image.data(), stride, prices_);
-    const auto hidden = static_cast<float>(parts_.find(image));
-    const float price = square(hidden_price_) * hidden, others = std::max(sums.filled - hidden, 1.0f);
-    const float mean = std::max(sums.squares - square(prices_.one_sided) * hidden, 0.0f) / others + price / others;
-    compared_[compared_count_++] = {one.sample, mean};
-  }
-  choose(best_, costs);
-  find_common(depths);
-  return ranked()[0].distance - residual_beside_hidden(observed, depths.subspan(ranked()[0].sample * stride, stride));
 }
 
-/// Mean square over what the frame shows and its surroundings, but for what the sample or all of the best ones
-/// continue.
-float DepthRanking::residual_beside_hidden(std::span<const float> observed,
-                                           std::span<const std::uint16_t> image) noexcept {
-  for (std::size_t c = 0; c < observed.size(); ++c)
-    whole_[c] = common_[c] != 0 && observed[c] == nothing_seen ? not_observed : observed[c];
+SquareSums DepthRanking::compare(std::span<const std::uint16_t> image) noexcept {
+  const float* observed = is_hidden_ ? whole_.data() : observed_.data();
+  const CellSums sums = code_.compare_depths(observed, image.data(), image.size(), prices_);
+  if (!is_hidden_) return {sums.squares, 0, std::max(sums.filled, 1.0f)};
+  const auto hidden = static_cast<float>(parts_.find(image));
+  return {std::max(sums.squares - square(prices_.one_sided) * hidden, 0.0f), square(hidden_price_) * hidden,
+          std::max(sums.filled - hidden, 1.0f)};
+}
+
+SquareSums DepthRanking::compare_shown(std::span<const std::uint16_t> image) noexcept {
+  if (!is_hidden_) return compare(image);
+  for (std::size_t c = 0; c < whole_.size(); ++c)
+    whole_[c] = common_[c] != 0 && observed_[c] == nothing_seen ? not_observed : observed_[c];
   parts_.find(image);
   parts_.visit([this](std::size_t cell) { whole_[cell] = not_observed; });
-  return mean_square(code_, whole_, image.data(), prices_);
+  const CellSums sums = code_.compare_depths(whole_.data(), image.data(), image.size(), prices_);
+  return {sums.squares, 0, std::max(sums.filled, 1.0f)};
 }
 
 float DepthRanking::price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
-                                 std::span<float> residuals) noexcept {
+                                 std::span<float> residuals, bool has_price) noexcept {
   float count = 0;
   parts_.find(image);
   parts_.visit([&](std::size_t cell) {
     if (observed[cell] != nothing_seen) return;
-    residuals[cell] = hidden_price_;
+    residuals[cell] = has_price ? hidden_price_ : 0;
     ++count;
   });
   return count;

@@ -62,6 +62,14 @@ class HiddenCells {
   std::vector<std::uint8_t> is_hidden_;  // per cell
 };
 
+/// Squared residuals between a frame and a sample.
+struct SquareSums {
+  float squares = 0, hidden = 0;  // squared depth steps: of what the frame shows; price of what something may hide
+  float cells = 1;                // that the mean is over
+
+  [[nodiscard]] float mean() const noexcept { return squares / cells + hidden / cells; }
+};
+
 /// Ranks samples by how well their depth images explain that of a frame.
 class DepthRanking {
  public:
@@ -87,9 +95,16 @@ class DepthRanking {
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
                     std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr,
                     bool knows_parts = false) noexcept;
-  /// Sets the residuals of a sample in its hidden parts, after rank_hidden(). Returns the number of these cells.
-  float price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image,
-                     std::span<float> residuals) noexcept;
+  /// Prepares compare() of single samples with a frame: as rank(), or where something hides a part as rank_hidden().
+  void set_frame(std::span<const float> observed, bool is_hidden, bool knows_parts) noexcept;
+  [[nodiscard]] SquareSums compare(std::span<const std::uint16_t> image) noexcept;
+  /// The same of what the frame shows and its surroundings, but for what the sample or all of the best ones continue.
+  /// To be followed by set_frame().
+  [[nodiscard]] SquareSums compare_shown(std::span<const std::uint16_t> image) noexcept;
+  /// Sets the residuals of a sample in its hidden parts to their price or to 0, after rank_hidden(). Returns the number
+  /// of these cells.
+  float price_hidden(std::span<const float> observed, std::span<const std::uint16_t> image, std::span<float> residuals,
+                     bool has_price = true) noexcept;
   /// What something may hide of a frame that shows any of the best samples.
   [[nodiscard]] const HiddenParts& hidden_parts(std::span<const float> frame,
                                                 std::span<const std::uint16_t> depths) noexcept;
@@ -115,8 +130,6 @@ class DepthRanking {
                std::span<const RankedSample> proposed) noexcept;
   /// Of those in compared_.
   void choose(BestSamples& best, const ExpectationCosts* costs) noexcept;
-  [[nodiscard]] float residual_beside_hidden(std::span<const float> observed,
-                                             std::span<const std::uint16_t> image) noexcept;
   void find_common(std::span<const std::uint16_t> depths) noexcept;
 
   const Kernels& code_;
@@ -133,8 +146,10 @@ class DepthRanking {
   LineComparison lines_;
   static constexpr std::uint32_t spare = 8;
   BestSamples nearly_best_;
-  BestSamples promising_;     // by what the frame shows
-  std::vector<float> whole_;  // the frame, empty cells as evidence wherever they are
+  BestSamples promising_;            // by what the frame shows
+  std::span<const float> observed_;  // the frame
+  std::vector<float> whole_;         // the frame, empty cells as evidence wherever they are
+  bool is_hidden_ = false;           // something hides a part of it
   HiddenParts parts_;
 };
 

@@ -24,8 +24,8 @@ const EarlierShape* ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
   return nullptr;
 }
 
-ExpectationCosts::ExpectationCosts(const ModelView& model, const DepthImages& images)
-    : model_(model), regression_(images.regression), costs_(model.sample_times.size()) {
+ExpectationCosts::ExpectationCosts(const ModelView& model, const ShapeRegression& regression)
+    : model_(model), regression_(regression), costs_(model.sample_times.size()) {
   for (std::uint32_t sample = 0; sample < costs_.size(); ++sample)
     first_.push_back(sample > 0 && model.samples[sample][0] == model.samples[sample - 1][0] ? first_.back() : sample);
 }

@@ -47,8 +47,8 @@ struct FrameExpectation {
 /// How unlikely samples are by what is known before: negative logarithms of probabilities, up to a constant.
 class ExpectationCosts {
  public:
-  /// Allocates all memory.
-  ExpectationCosts(const ModelView& model, const DepthImages& images);
+  /// Keeps references. Allocates all memory.
+  ExpectationCosts(const ModelView& model, const ShapeRegression& regression);
   /// Sets the costs of these samples. Without an expectation all are 0. Does not allocate.
   void assess(std::span<const RankedSample> samples, const FrameExpectation* expected) noexcept;
   /// Of an assessed sample.

@@ -32,7 +32,7 @@ CandidateSearch::CandidateSearch(const ModelView& model, const DepthImages& imag
       by_thinned_(thinned_.empty() ? 1 : std::min(settings.proposals, model.info.samples)),
       few_(8),
       filled_cells_(count_filled(images)),
-      costs_(model, images),
+      costs_(model, images.regression),
       ranking_(images.camera, std::min(settings.candidates, model.info.samples), images.metric,
                most_proposed(model, max_matches, settings), settings.sharpness),
       candidates_(ranking_.capacity()),

@@ -21,12 +21,14 @@ ImageResiduals::ImageResiduals(const DepthImages& images, CandidateSearch& searc
 
 void ImageResiduals::compare(std::span<const RankedSample> samples) noexcept {
   count_ = samples.size();
+  prices_hidden_ = true;
   std::ranges::transform(samples, states_.begin(), [](const RankedSample& one) { return StateBetween{one.sample}; });
   compare_states();
 }
 
-void ImageResiduals::compare(std::span<const StateBetween> states) noexcept {
+void ImageResiduals::compare(std::span<const StateBetween> states, bool prices_hidden) noexcept {
   count_ = states.size();
+  prices_hidden_ = prices_hidden;
   std::ranges::copy(states, states_.begin());
   compare_states();
 }
@@ -55,7 +57,7 @@ float ImageResiduals::subtract(std::uint32_t sample, std::span<float> residuals)
   const auto image = images_.of_sample(sample);
   DepthRanking& ranking = search_.ranking();
   code_.subtract_depths(frame.observed.data(), image.data(), residuals.size(), ranking.prices(), residuals.data());
-  return frame.is_hidden ? ranking.price_hidden(frame.observed, image, residuals) : 0;
+  return frame.is_hidden ? ranking.price_hidden(frame.observed, image, residuals, prices_hidden_) : 0;
 }
 
 /// Copies the residuals without the lines of cells at which all are zero.
@@ -89,10 +91,10 @@ void ImageResiduals::add_products(float scale, std::span<float> gram) noexcept {
 }
 
 void ImageResiduals::complete(std::span<const float> shares) noexcept {
+  const float hidden = prices_hidden_ ? search_.ranking().hidden_price() : 0;
   completed_.clear();
   for (std::size_t i = 0; i < count_; ++i)
-    if (shares[i] != 0)
-      completed_.add(shares[i], images_.of_sample(states_[i].sample), of(i), search_.ranking().hidden_price());
+    if (shares[i] != 0) completed_.add(shares[i], images_.of_sample(states_[i].sample), of(i), hidden);
   completed_.finish(search_.image().observed);
 }
 

@@ -21,7 +21,9 @@ class ImageResiduals {
   /// Sets the residuals of these samples, best first. Does not allocate.
   void compare(std::span<const RankedSample> samples) noexcept;
   /// The same between two states: the residual of a combination is approximated by the combination of the residuals.
-  void compare(std::span<const StateBetween> states) noexcept;
+  /// prices_hidden: what something may hide of a sample has its price; else no residual, because another image shows
+  /// it.
+  void compare(std::span<const StateBetween> states, bool prices_hidden) noexcept;
   /// Adds `scale` times their products, k x k, in squared depth steps. Does not allocate.
   void add_products(float scale, std::span<float> gram) noexcept;
 
@@ -57,6 +59,7 @@ class ImageResiduals {
   const Kernels& code_;
   std::vector<StateBetween> states_;
   std::size_t count_ = 0;
+  bool prices_hidden_ = true;
   std::vector<float> residuals_;      // candidates x cells, depth steps
   std::vector<float> of_next_;        // cells: of a candidate's second state
   std::vector<float> gathered_;       // residuals_ where any of them is not zero

@@ -235,6 +235,14 @@ bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double tim
   return go_back();
 }
 
+void PoseFilter::reconsider(const PoseFilter& before) noexcept {
+  const PoseMotion pose = moved_;
+  const std::optional<std::int64_t> stamp_ns = stamp_ns_;
+  *this = before;
+  begin_frame(*stamp_ns);
+  moved_ = pose;
+}
+
 bool PoseFilter::go_back() noexcept {
   is_frozen_ = true;
   const PoseMotion from = std::exchange(moved_, test_.likelier().motion());

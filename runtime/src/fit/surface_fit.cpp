@@ -4,16 +4,17 @@ namespace lbea {
 
 [[gnu::cold]]  // compiled for size
 SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches,
-                             const FitSettings& settings)
+                             const FitSettings& settings, std::uint32_t most_compared)
     : model_(model),
       views_(std::move(views)),
       settings_(settings),
       code_(kernels()),
       search_(model, *views_.data(), max_matches, settings),
-      residuals_(*views_.data(), search_, search_.capacity()),
+      residuals_(*views_.data(), search_, std::max<std::size_t>(search_.capacity(), most_compared)),
       gram_(search_.capacity() * search_.capacity()),
       estimate_(model, views_.data()->regression, search_.capacity(), settings),
-      pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric, search_.capacity()),
+      pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric,
+                std::max<std::size_t>(search_.capacity(), most_compared)),
       weights_(model, search_.capacity(), max_matches, views_.data()->metric.mesh_noise, settings),
       shown_(padded_cells(views_.data()->camera)),
       judged_residual_(shown_.size()),
@@ -27,8 +28,8 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   times_.depth_image = watch_.lap_ns();
   search_.search(proposed, prior);
   times_.ranking = watch_.lap_ns();
-  if (is_hidden()) return fit_candidates({});
-  return fit_candidates(residuals_.predict(search_.image().observed));
+  predicted_ = is_hidden() ? std::span<const float>() : residuals_.predict(search_.image().observed);
+  return fit_candidates(predicted_);
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
@@ -42,7 +43,7 @@ SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexc
   SurfaceFit result;
   compare();
   if (const PoseBelief* prior = search_.image().prior; prior != nullptr)
-    pose_ = pose_fit_.estimate(pose_problem(), *prior, settings_);
+    pose_ = pose_by(problem(), estimate_.from_best(), residuals_.filled(), *prior);
   estimate_.combine();
   if (is_hidden()) predicted = predict_hidden(predicted);
   estimate_.follow(ShapePrediction::of(predicted, residuals_.regression(), is_hidden()));
@@ -77,18 +78,20 @@ EstimateProblem SurfaceFitter::problem() const noexcept {
 
 /// What the compared candidates say about the pose. Where something hides a part, the edges of what is seen are not
 /// those of the component.
-PoseProblem SurfaceFitter::pose_problem() const noexcept {
+const PoseBelief& SurfaceFitter::pose_by(const EstimateProblem& problem, std::span<const float> from_best, float cells,
+                                         const PoseBelief& prior) noexcept {
   const FrameImage& image = search_.image();
-  return {.observed = image.observed,
-          .points = image.points,
-          .in_all = search_.ranking().in_all(),
-          .images = *views_.data(),
-          .candidates = search_.ranking().ranked(),
-          .residuals = residuals_.all(),
-          .gram = std::span(gram_).first(search_.count() * search_.count()),
-          .from_best = estimate_.from_best(),
-          .cells = residuals_.filled(),
-          .has_silhouette = !image.is_hidden};
+  return pose_fit_.estimate({.observed = image.observed,
+                             .points = image.points,
+                             .in_all = search_.ranking().in_all(),
+                             .images = images(),
+                             .candidates = problem.samples,
+                             .residuals = residuals_.all(),
+                             .gram = problem.gram,
+                             .from_best = from_best,
+                             .cells = cells,
+                             .has_silhouette = !image.is_hidden},
+                            prior, settings_);
 }
 
 /// By the completed image, unless it is known.
@@ -96,6 +99,31 @@ std::span<const float> SurfaceFitter::predict_hidden(std::span<const float> pred
   if (predicted.empty()) return residuals_.predict_completed(estimate_.shares());
   residuals_.complete(estimate_.shares());
   return predicted;
+}
+
+void SurfaceFitter::compare_again() noexcept {
+  search_.ranking().set_frame(search_.image().observed, is_hidden(), search_.image().knows_hidden);
+}
+
+namespace {
+
+SquareSums scaled(const SquareSums& sums, float squared_step) noexcept {
+  return {squared_step * sums.squares, squared_step * sums.hidden, sums.cells};
+}
+
+}  // namespace
+
+SquareSums SurfaceFitter::squares_of(std::uint32_t sample) noexcept {
+  return scaled(search_.ranking().compare(images().of_sample(sample)), square(images().camera.depth_step));
+}
+
+SquareSums SurfaceFitter::shown_squares_of(std::uint32_t sample) noexcept {
+  return scaled(search_.ranking().compare_shown(images().of_sample(sample)), square(images().camera.depth_step));
+}
+
+ShapePrediction SurfaceFitter::predict_again(std::span<const float> shares) noexcept {
+  return ShapePrediction::of(is_hidden() ? residuals_.predict_completed(shares) : predicted_, images().regression,
+                             is_hidden());
 }
 
 void SurfaceFitter::add_times(StageTimes& times) const noexcept {
@@ -113,8 +141,7 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
   const float shown = shown_share(search_.sample(0));
   if (!has_expectation_ || shown < least_judged) return;
   const DepthImages& images = *views_.data();
-  const float per_spread = is_hidden() ? images.hidden_error_per_spread : images.error_per_spread;
-  if (per_spread > 0) error_90_ = per_spread * result.spread;
+  if (error_per_spread() > 0) error_90_ = error_per_spread() * result.spread;
   if (shown >= least_bounded || !is_hidden()) result.error_90 = error_90_;
   set_misfit(result);
   verdict_ = result.misfit > images.misfit_limit                     ? Verdict::no_simulation_fits

@@ -11,8 +11,9 @@ namespace lbea {
 
 class SurfaceFitter {
  public:
-  /// Allocates all memory.
-  SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings = {});
+  /// most_compared: candidates of a JointFitter. Allocates all memory.
+  SurfaceFitter(const ModelView& model, SensorViews views, std::uint32_t max_matches, const FitSettings& settings = {},
+                std::uint32_t most_compared = 0);
   SurfaceFitter(const SurfaceFitter&) = delete;
   SurfaceFitter& operator=(const SurfaceFitter&) = delete;
 
@@ -61,11 +62,29 @@ class SurfaceFitter {
   /// Whether the bake has learned how certain poses are.
   [[nodiscard]] bool estimates_pose() const noexcept { return views_.data()->pose_variance > 0; }
   [[nodiscard]] const FitSettings& settings() const noexcept { return settings_; }
+  [[nodiscard]] const SensorViews& views() const noexcept { return views_; }
+  [[nodiscard]] const DepthImages& images() const noexcept { return *views_.data(); }
+  /// Of frames like the last one; see DepthImages. 0: not known.
+  [[nodiscard]] float error_per_spread() const noexcept {
+    return is_hidden() ? images().hidden_error_per_spread : images().error_per_spread;
+  }
+
+  // The last frame, compared with other candidates: see JointFitter.
+  void compare_again() noexcept;
+  /// After compare_again(): of a sample, squared length units.
+  [[nodiscard]] SquareSums squares_of(std::uint32_t sample) noexcept;
+  /// The same without what something may hide. Ends the comparison.
+  [[nodiscard]] SquareSums shown_squares_of(std::uint32_t sample) noexcept;
+  [[nodiscard]] ImageResiduals& residuals() noexcept { return residuals_; }
+  /// The motion that the frame lacks by its residuals() and the mean products of `problem`, over so many cells.
+  [[nodiscard]] const PoseBelief& pose_by(const EstimateProblem& problem, std::span<const float> from_best, float cells,
+                                          const PoseBelief& prior) noexcept;
+  /// By the regression, of the frame; in hidden parts, completed by the candidates of residuals().
+  [[nodiscard]] ShapePrediction predict_again(std::span<const float> shares) noexcept;
 
  private:
   SurfaceFit fit_candidates(std::span<const float> predicted) noexcept;
   void compare() noexcept;
-  [[nodiscard]] PoseProblem pose_problem() const noexcept;
   [[nodiscard]] std::span<const float> predict_hidden(std::span<const float> predicted) noexcept;
   [[nodiscard]] EstimateProblem problem() const noexcept;
   void judge(SurfaceFit& result) noexcept;
@@ -79,7 +98,8 @@ class SurfaceFitter {
   StageTimes times_;  // of the last frame's parts
   CandidateSearch search_;
   ImageResiduals residuals_;
-  std::vector<float> gram_;  // mean products of the candidates' residuals, length unit squared
+  std::span<const float> predicted_;  // of a frame of which nothing is hidden
+  std::vector<float> gram_;           // mean products of the candidates' residuals, length unit squared
   ShapeEstimate estimate_;
   PoseFit pose_fit_;
   PoseBelief pose_;

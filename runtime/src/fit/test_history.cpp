@@ -32,20 +32,27 @@ FrameExpectation HistoryState::expectation() const noexcept {
   return expectation;
 }
 
-void HistoryState::add(SurfaceFitter& fitter, MatchResult& result) noexcept {
+void HistoryState::see(SurfaceFitter& fitter) noexcept {
   const bool shows_enough = fitter.verdict() != Verdict::unknown;  // a few points look like any shape
   if (shows_enough || !fitter.gives_verdicts()) clock.begin(stamp_ns, fitter.search().may_be_undeformed());
   if (fitter.is_explained()) fitter.update(hidden);
-  if (result.status == Status::ok && fitter.is_explained()) {
-    constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
-    const float error = std::isfinite(fitter.error_90()) ? fitter.error_90() / deviations : result.fit.spread;
-    shapes.add({stamp_ns, error, fitter.estimate().shape()});
-    clock.add(stamp_ns, {fitter.time().mean_s - impact_s, fitter.time().variance});
-  }
-  if (const TimeBelief time = clock.since_impact(stamp_ns); time.variance > 0) {
-    result.fit.test_time = static_cast<float>(time.mean_s);
-    result.fit.test_time_sd = static_cast<float>(std::sqrt(time.variance));
-  }
+}
+
+void HistoryState::add(const EarlierShape& shape, const TimeBelief& time) noexcept {
+  shapes.add(shape);
+  clock.add(shape.stamp_ns, {time.mean_s - impact_s, time.variance});
+}
+
+void HistoryState::write_time(std::int64_t at_ns, FitNumbers& numbers) const noexcept {
+  const TimeBelief time = clock.since_impact(at_ns);
+  if (!(time.variance > 0)) return;
+  numbers.test_time = static_cast<float>(time.mean_s);
+  numbers.test_time_sd = static_cast<float>(std::sqrt(time.variance));
+}
+
+EarlierShape shape_shown(std::int64_t stamp_ns, const ShapeEstimate& estimate, float error_90, float spread) noexcept {
+  constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
+  return {stamp_ns, std::isfinite(error_90) ? error_90 / deviations : spread, estimate.shape()};
 }
 
 TestHistory::TestHistory(const Model& model, const SensorViews& views) {

@@ -8,6 +8,10 @@
 
 namespace lbea {
 
+/// The shape that a frame shows. error_90: of the estimate; NaN: not known.
+[[nodiscard]] EarlierShape shape_shown(std::int64_t stamp_ns, const ShapeEstimate& estimate, float error_90,
+                                       float spread) noexcept;
+
 struct LBEA_HIDDEN HistoryState {
   HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images);
 
@@ -15,8 +19,12 @@ struct LBEA_HIDDEN HistoryState {
   void begin_frame(std::int64_t stamp_ns) noexcept;
   /// Of the frame.
   [[nodiscard]] FrameExpectation expectation() const noexcept;
-  /// The frame was fitted: if enough of it is covered and a simulation explains it, it is evidence for later ones.
-  void add(SurfaceFitter& fitter, MatchResult& result) noexcept;
+  /// The frame was fitted: keeps when the test began and, if a simulation explains the frame, what is hidden of it.
+  void see(SurfaceFitter& fitter) noexcept;
+  /// What a frame that a simulation explains shows is evidence for later ones. time: of the samples, in theirs.
+  void add(const EarlierShape& shape, const TimeBelief& time) noexcept;
+  /// The time since the impact, at a stamp.
+  void write_time(std::int64_t at_ns, FitNumbers& numbers) const noexcept;
 
   bool estimates_pose;
   PoseFilter pose;

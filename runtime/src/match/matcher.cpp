@@ -37,8 +37,7 @@ bool Matcher::State::index_points(const Frame& frame, MatchResult& result) noexc
     return false;
   }
   watch.lap_ns();
-  result.reference = reference_at(view, seconds_between(config.trigger_ns, frame.stamp_ns));
-  reference = &view.references[result.reference];
+  set_reference(frame.stamp_ns, result);
   do {
     result.points = index.build(
         frame.points, pose ? product(pose->transform(), config.T_reference_sensor) : config.T_reference_sensor);
@@ -46,6 +45,11 @@ bool Matcher::State::index_points(const Frame& frame, MatchResult& result) noexc
   result.elapsed_ns.index += watch.lap_ns();
   if (result.points.used == 0) result.status = Status::empty_frame;
   return result.points.used > 0;
+}
+
+void Matcher::State::set_reference(std::int64_t stamp_ns, MatchResult& result) noexcept {
+  result.reference = reference_at(view, seconds_between(config.trigger_ns, stamp_ns));
+  reference = &view.references[result.reference];
 }
 
 std::uint32_t reference_at(const ModelView& model, double time) noexcept {
@@ -97,7 +101,12 @@ bool Matcher::State::move_pose(MatchResult& result) noexcept {
 }
 
 void Matcher::State::remember(MatchResult& result) noexcept {
-  if (history) history->add(*fitter, result);
+  if (!history) return;
+  history->see(*fitter);
+  if (result.status == Status::ok && fitter->is_explained())
+    history->add(shape_shown(result.stamp_ns, fitter->estimate(), fitter->error_90(), result.fit.spread),
+                 fitter->time());
+  history->write_time(result.stamp_ns, result.fit);
 }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
@@ -122,17 +131,25 @@ void Matcher::State::combine_coefficients(std::span<const WeightedSample> estima
 
 void Matcher::State::publish(MatchResult& result) noexcept {
   if (!compares_positions()) combine_coefficients(result.fit.estimate);
-  for (std::size_t j = 0; j < coefficients.count; ++j)
-    for (std::size_t axis = 0; axis < 3; ++axis) public_coefficients[3 * j + axis] = coefficients.planes[axis][j];
-  const auto nearest = ranked().first(std::min(ranked().size(), matches.size()));
-  for (std::size_t k = 0; k < nearest.size(); ++k) matches[k] = {model.sample(nearest[k].sample), nearest[k].distance};
-  result.coefficients = public_coefficients;
-  result.matches = std::span(matches).first(nearest.size());
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    result.leading_coordinates[axis] = public_coefficients[reference->leading_axes[axis]];
+  publish_coefficients(result);
+  publish_matches(ranked(), result);
   // Low coverage alone is inconclusive; a high residual is not, unless the frame shows only a few points.
   if (fitter && (result.status == Status::ok || fitter->verdict() == Verdict::no_simulation_fits))
     result.verdict = fitter->verdict();
+}
+
+void Matcher::State::publish_coefficients(MatchResult& result) noexcept {
+  for (std::size_t j = 0; j < coefficients.count; ++j)
+    for (std::size_t axis = 0; axis < 3; ++axis) public_coefficients[3 * j + axis] = coefficients.planes[axis][j];
+  result.coefficients = public_coefficients;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    result.leading_coordinates[axis] = public_coefficients[reference->leading_axes[axis]];
+}
+
+void Matcher::State::publish_matches(std::span<const RankedSample> best_first, MatchResult& result) noexcept {
+  const auto nearest = best_first.first(std::min(best_first.size(), matches.size()));
+  for (std::size_t k = 0; k < nearest.size(); ++k) matches[k] = {model.sample(nearest[k].sample), nearest[k].distance};
+  result.matches = std::span(matches).first(nearest.size());
 }
 
 void Matcher::State::evaluate_channels(MatchResult& result) noexcept {

@@ -20,16 +20,22 @@ namespace lbea {
 /// The configuration with the model's default of `trusted_distance`.
 [[nodiscard]] MatcherConfig completed(MatcherConfig config, const Model& model);
 
+/// Throws Error{bad_config} with the offending value.
+void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views);
+
 /// Whether the views are those that the model was baked with, or a copy of them.
 [[nodiscard]] bool is_baked(const SensorViews& views, const ModelView& model) noexcept;
 
 /// The stages of match(), in their order. Each one adds its part to `result`, with the time that it took.
 struct Matcher::State {
-  State(Model m, const MatcherConfig& c, SensorViews views);
+  /// most_compared: see SurfaceFitter.
+  State(Model m, const MatcherConfig& c, SensorViews views, std::uint32_t most_compared = 0);
 
   void begin_frame(const Frame& frame, HistoryState* of_test) noexcept;
   /// False, and the status, when the frame is refused.
   bool index_points(const Frame& frame, MatchResult& result) noexcept;
+  /// The reference mesh of a frame: method step 2.
+  void set_reference(std::int64_t stamp_ns, MatchResult& result) noexcept;
   /// Whether samples are found by the positions of corresponding points, not by depth images.
   [[nodiscard]] bool compares_positions() const noexcept { return !fitter || !fitter->search().proposes(); }
   void correspond(MatchResult& result) noexcept;
@@ -41,6 +47,8 @@ struct Matcher::State {
   void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;
+  void publish_coefficients(MatchResult& result) noexcept;
+  void publish_matches(std::span<const RankedSample> best_first, MatchResult& result) noexcept;
   void evaluate_channels(MatchResult& result) noexcept;
   void combine_coefficients(std::span<const WeightedSample> estimate) noexcept;
 

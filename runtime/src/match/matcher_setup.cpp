@@ -26,6 +26,8 @@ bool is_rigid(const RigidTransform& T) noexcept {
   return det > 0;
 }
 
+}  // namespace
+
 void check(const MatcherConfig& config, const ModelView& model, const SensorViews& views) {
   require(config.max_points >= 1 && config.max_points <= most_points,
           "max_points is " + std::to_string(config.max_points) + "; give 1 to " + std::to_string(most_points));
@@ -47,7 +49,6 @@ void check(const MatcherConfig& config, const ModelView& model, const SensorView
   require(is_rigid(config.T_reference_sensor),
           "T_reference_sensor is not a rigid transform; its left 3x3 part must be a rotation (no scale, no mirror)");
 }
-}  // namespace
 
 MatcherConfig completed(MatcherConfig config, const Model& model) {
   constexpr double trusted_mm = 3;
@@ -56,7 +57,7 @@ MatcherConfig completed(MatcherConfig config, const Model& model) {
   return config;
 }
 
-Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
+Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views, std::uint32_t most_compared)
     : model(std::move(m)),
       config(completed(c, model)),
       view(model.view()),
@@ -71,7 +72,8 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views)
       channels(model, FitSettings{}.most_combined()),
       has_baked_pose(is_baked(views, view)),
       surface(view) {
-  if (config.method == Method::fit) fitter.emplace(view, std::move(views), config.max_matches);
+  if (config.method == Method::fit)
+    fitter.emplace(view, std::move(views), config.max_matches, FitSettings{}, most_compared);
   if (config.method == Method::vtp)
     for (const ReferenceView& r : view.references) position_searches.emplace_back(view, r);
   else if (compares_positions() && is_worth_a_tree(view.info.samples, best.capacity()))

@@ -1,0 +1,68 @@
+// rigs.hpp - one answer from several rigs that see the same component from different sides.
+//
+// Each rig's frame is matched alone, with the rig's own pose error and hidden parts. The frames of one capture are then
+// fitted together: the squares of all rigs' depth images are added up, so that each rig determines what it shows.
+#pragma once
+
+#include <lbea/lbea.hpp>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace lbea {
+
+struct Rig {
+  RigidTransform T_reference_sensor = identity_transform;
+  SensorViews views{};               // rendered for this pose; empty: those baked into the model
+  std::int64_t clock_offset_ns = 0;  // is added to the stamps of its frames, so that they are those of the first rig
+};
+
+/// What a rig's frame says alone.
+struct RigResult : FitNumbers, FrameNumbers {
+  Status status = Status::empty_frame;  // also if the rig has no frame in the capture
+  Verdict verdict = Verdict::unknown;
+  PointTally points{};
+  bool is_used = false;  // the joint result rests on it
+};
+
+/// One per test stand. Owns all scratch memory and what the frames of the test have shown so far; see
+/// lbea/test_history.hpp. Method::fit alone.
+class LBEA_API RigMatcher {
+ public:
+  /// `config`: its pose and method are not used. Throws Error{bad_config} with the offending rig and value.
+  RigMatcher(Model model, const MatcherConfig& config, const std::vector<Rig>& rigs);
+  ~RigMatcher();
+  RigMatcher(RigMatcher&&) noexcept;
+  RigMatcher& operator=(RigMatcher&&) noexcept;
+
+  /// frames: one per rig, in their order, captured at nearly the same time: those more than a tenth of a simulation's
+  /// duration older than the latest one are not used. Without points: the rig has none. The
+  /// result is for the time of the first frame that it rests on. Frames that no simulation explains count only if none
+  /// of the others is explained. coverage: of the surface that the rigs in use see; the pose's numbers are those of
+  /// rigs(). Real-time safe.
+  [[nodiscard]] MatchResult match(std::span<const Frame> frames) noexcept;
+  /// The same in two steps: the first one for each rig with a frame, by several threads if one likes, then the second.
+  /// The points must remain valid until then.
+  void match_alone(std::size_t rig, const Frame& frame) noexcept;
+  [[nodiscard]] MatchResult combine() noexcept;
+  /// Of the last capture.
+  [[nodiscard]] std::span<const RigResult> rigs() const noexcept;
+
+  /// The poses are exact: their errors are neither estimated nor corrected.
+  void fix_poses() noexcept;
+  /// The stamp of the impact by the first rig's clock is known, also for later tests.
+  void set_impact(std::int64_t stamp_ns) noexcept;
+  /// The motion that corrects a rig's frames, in reference coordinates, after T_reference_sensor.
+  [[nodiscard]] RigidTransform pose_correction(std::size_t rig) const noexcept;
+  /// The next capture is the first of another test.
+  void reset() noexcept;
+
+  [[nodiscard]] const Model& model() const noexcept;
+
+ private:
+  struct LBEA_HIDDEN State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lbea

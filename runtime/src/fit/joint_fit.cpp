@@ -1,0 +1,234 @@
+#include "runtime/src/fit/joint_fit.hpp"
+
+namespace lbea {
+
+[[gnu::cold]]  // compiled for size
+JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regression, float noise, std::size_t rigs,
+                         std::uint32_t max_matches, const FitSettings& settings)
+    : model_(model),
+      regression_(regression),
+      settings_(settings),
+      noise_(square(noise)),
+      proposed_(std::min<std::size_t>(rigs * settings.proposals, model.info.samples)),
+      proposed_in_(model.info.samples),
+      promising_(DepthRanking::most_promising),
+      costs_(model, regression_),
+      compared_(std::min<std::size_t>(rigs * promising_.capacity(), model.info.samples)),
+      best_(std::min(settings.joint_candidates, model.info.samples)),
+      candidates_(best_.capacity()),
+      alone_(best_.capacity()),
+      states_(best_.capacity()),
+      of_rig_(best_.capacity()),
+      gram_(best_.capacity() * best_.capacity()),
+      estimate_(model, regression, best_.capacity(), settings),
+      weights_(model, best_.capacity(), max_matches, noise, settings) {}
+
+SurfaceFit JointFitter::fit(std::span<const RigEvidence> rigs, const FrameExpectation* expected) noexcept {
+  SurfaceFit result;
+  rigs_ = rigs;
+  is_hidden_ = std::ranges::all_of(rigs_, [](const RigEvidence& rig) { return rig.fitter->is_hidden(); });
+  propose();
+  rank(expected);
+  compare();
+  estimate_.combine();
+  estimate_.follow(predict());
+  result.estimate = estimate_.samples();
+  result.estimate_residual = estimate_.residual();
+  result.residual = candidates_[0].distance;
+  weights_.weigh(problem(), std::span(alone_).first(best_.ranked().size()), estimate_, result);
+  judge(result);
+  return result;
+}
+
+/// Those that any rig's frame is compared with; first the ones that are good for one rig.
+void JointFitter::propose() noexcept {
+  ++fits_;
+  proposed_count_ = 0;
+  const auto add = [this](const RigEvidence& rig, std::span<const RankedSample> proposals) {
+    for (const RankedSample& one : proposals) {
+      const std::uint32_t sample = nearest_at(one.sample, -rig.later_s);
+      if (proposed_in_[sample] == fits_) continue;
+      proposed_in_[sample] = fits_;
+      proposed_[proposed_count_++] = {sample, 0};
+    }
+  };
+  for (const RigEvidence& rig : rigs_) {
+    promising_.clear();
+    for (const RankedSample& one : rig.fitter->search().proposed()) promising_.offer(one.sample, one.distance);
+    add(rig, promising_.ranked());
+  }
+  compared_count_ = proposed_count_;
+  for (const RigEvidence& rig : rigs_) add(rig, rig.fitter->search().proposed());
+}
+
+/// By the mean square over the cells of all images.
+void JointFitter::rank(const FrameExpectation* expected) noexcept {
+  for (const RigEvidence& rig : rigs_) rig.fitter->compare_again();
+  const auto proposed = std::span(proposed_).first(compared_count_);
+  costs_.assess(proposed, expected);
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < compared_count_; ++i) {
+    compared_[i] = {proposed[i].sample, mean_square(proposed[i].sample)};
+    least = std::min(least, compared_[i].distance);
+  }
+  price_per_cost_ = (least + noise_) / settings_.sharpness;
+  best_.clear();
+  for (const RankedSample& one : std::span(compared_).first(compared_count_))
+    best_.offer(one.sample, one.distance + price_per_cost_ * costs_[one.sample]);
+  set_candidates();
+}
+
+float JointFitter::mean_square(std::uint32_t sample) noexcept {
+  float squares = 0, cells = 0;
+  for (const auto& [fitter, later_s] : rigs_) {
+    const SquareSums sums = fitter->squares_of(nearest_at(sample, later_s));
+    squares += sums.squares + (is_hidden_ ? sums.hidden : 0);
+    cells += sums.cells;
+  }
+  return squares / cells;
+}
+
+/// Part of the best one's mean square: see CandidateSearch.
+float JointFitter::not_residual(std::uint32_t best) noexcept {
+  float squares = 0, cells = 0;
+  for (const auto& [fitter, later_s] : rigs_) {
+    const std::uint32_t sample = nearest_at(best, later_s);
+    const SquareSums all = fitter->squares_of(sample);
+    squares +=
+        all.cells *
+        std::max((is_hidden_ ? all.mean() : all.squares / all.cells) - fitter->shown_squares_of(sample).mean(), 0.0f);
+    cells += all.cells;
+  }
+  return squares / cells;
+}
+
+void JointFitter::set_candidates() noexcept {
+  const auto price = [this](const RankedSample& one) { return price_per_cost_ * costs_[one.sample]; };
+  const auto length = [](float squared) { return std::sqrt(std::max(squared, 0.0f)); };
+  const auto ranked = best_.ranked();
+  const float beside = not_residual(ranked[0].sample), of_best = price(ranked[0]);
+  for (std::size_t i = 0; i < ranked.size(); ++i) {
+    candidates_[i] = {model_.sample(ranked[i].sample), length(ranked[i].distance - of_best - beside)};
+    alone_[i] = length(ranked[i].distance - price(ranked[i]) - beside);
+  }
+}
+
+void JointFitter::compare() noexcept {
+  const auto ranked = best_.ranked();
+  cells_ = 0;
+  for (const auto& [fitter, later_s] : rigs_) {
+    std::ranges::transform(ranked, states_.begin(),
+                           [&, later = later_s](const RankedSample& one) { return state_at(one.sample, later); });
+    fitter->residuals().compare(std::span(states_).first(ranked.size()), is_hidden_);
+    cells_ += fitter->residuals().filled();
+  }
+  const auto gram = std::span(gram_).first(ranked.size() * ranked.size());
+  std::ranges::fill(gram, 0.0f);
+  for (const RigEvidence& rig : rigs_)
+    rig.fitter->residuals().add_products(square(rig.fitter->images().camera.depth_step) / cells_, gram);
+  estimate_.begin(problem());
+}
+
+const PoseBelief& JointFitter::pose_of(const RigEvidence& rig, const PoseBelief& prior) noexcept {
+  EstimateProblem of_rig = problem();
+  std::ranges::transform(of_rig.samples, of_rig_.begin(), [&](const RankedSample& one) {
+    return RankedSample{nearest_at(one.sample, rig.later_s), one.distance};
+  });
+  of_rig.samples = std::span(of_rig_).first(of_rig.samples.size());
+  return rig.fitter->pose_by(of_rig, estimate_.from_best(), cells_, prior);
+}
+
+EstimateProblem JointFitter::problem() const noexcept {
+  const std::size_t k = best_.ranked().size();
+  return {.samples = best_.ranked(),
+          .candidates = std::span(candidates_).first(k),
+          .gram = std::span(gram_).first(k * k),
+          .proposed = std::span(proposed_).first(proposed_count_),
+          .is_hidden = is_hidden_};
+}
+
+/// The mean of the rigs' predictions, weighted by how far each usually is from the candidates and by how much its rig
+/// shows. That of a completed image repeats the candidates in part: it counts only if all images are hidden in part.
+ShapePrediction JointFitter::predict() noexcept {
+  ShapePrediction mean;
+  float all = 0;
+  scores_ = {};
+  for (const RigEvidence& rig : rigs_) {
+    if (rig.fitter->is_hidden() && !is_hidden_) continue;
+    const ShapePrediction one = rig.fitter->predict_again(estimate_.shares());
+    if (one.scores.empty() || !(one.most_difference > 0)) continue;
+    const float shown = std::min(rig.fitter->shown_share(nearest_at(best_.ranked()[0].sample, rig.later_s)), 1.0f);
+    const float weight = shown / square(one.most_difference);
+    for (std::size_t i = 0; i < scores_.size(); ++i) scores_[i] += weight * one.scores[i];
+    add_earlier(rig, weight);
+    mean.blend += weight * one.blend;
+    mean.most_difference += weight * one.most_difference;
+    all += weight;
+  }
+  if (!(all > 0)) return {};
+  for (float& score : scores_) score /= all;
+  return {scores_, mean.blend / all, mean.most_difference / all};
+}
+
+/// Adds how much the candidates' combination changes from the time of a rig's frame to that of the joint shape.
+void JointFitter::add_earlier(const RigEvidence& rig, float weight) noexcept {
+  if (rig.later_s == 0) return;
+  for (std::size_t i = 0; i < best_.ranked().size(); ++i) {
+    const auto [sample, next, share] = state_at(best_.ranked()[i].sample, rig.later_s);
+    const auto own = regression_.shape(best_.ranked()[i].sample), a = regression_.shape(sample),
+               b = regression_.shape(next);
+    const float part = weight * estimate_.shares()[i];
+    for (std::size_t j = 0; j < scores_.size(); ++j) scores_[j] += part * (own[j] - a[j] - share * (b[j] - a[j]));
+  }
+}
+
+/// As SurfaceFitter, with means over the cells of all images. The rigs' limits are those of single images.
+void JointFitter::judge(SurfaceFit& result) noexcept {
+  const std::uint32_t best = best_.ranked()[weights_.best_alone()].sample;
+  float squares = 0, expected = 0, cells = 0, limit = 0, per_spread = 0, shown = 0, filled = 0;
+  bool gives_verdicts = true;
+  for (const auto& [fitter, later_s] : rigs_) {
+    const float weight = fitter->residuals().filled();
+    squares += weight * fitter->judged_square(nearest_at(best, later_s));
+    expected += weight * weights_.plausible_mean([&, of = fitter, later = later_s](std::uint32_t sample) {
+      return square(of->views().expected_residual(nearest_at(sample, later)));
+    });
+    cells += weight;
+    limit = std::max(limit, fitter->images().misfit_limit);
+    per_spread = std::max(per_spread, fitter->error_per_spread());
+    const float share = std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);
+    shown += share * weight;
+    filled += weight;
+    gives_verdicts = gives_verdicts && fitter->gives_verdicts();
+  }
+  shown_share_ = shown / filled;
+  verdict_ = Verdict::unknown;
+  if (!gives_verdicts) return;
+  if (per_spread > 0) result.error_90 = per_spread * result.spread;
+  result.misfit = std::sqrt((squares / cells + noise_) / (expected / cells + noise_));
+  verdict_ = result.misfit > limit                                   ? Verdict::no_simulation_fits
+             : weights_.are_several_plausible(estimate_.from_best()) ? Verdict::ambiguous
+                                                                     : Verdict::matched;
+}
+
+/// Of the sample's simulation, the state nearest to a later time.
+std::uint32_t JointFitter::nearest_at(std::uint32_t sample, double later_s) const noexcept {
+  const StateBetween state = state_at(sample, later_s);
+  return state.share < 0.5f ? state.sample : state.next;
+}
+
+StateBetween JointFitter::state_at(std::uint32_t sample, double later_s) const noexcept {
+  if (later_s == 0 || model_.sample_times.empty()) return {sample, sample, 0};
+  const auto times = model_.sample_times;
+  const double time = times[sample] + later_s;
+  const auto is_same = [&](std::uint32_t other) {
+    return other < times.size() && model_.samples[other][0] == model_.samples[sample][0];
+  };
+  std::uint32_t before = sample;
+  while (times[before] > time && is_same(before - 1)) --before;  // 0 - 1: beyond the last sample
+  while (is_same(before + 1) && times[before + 1] <= time) ++before;
+  if (!is_same(before + 1) || times[before] >= time) return {before, before, 0};
+  return {before, before + 1, static_cast<float>((time - times[before]) / (times[before + 1] - times[before]))};
+}
+
+}  // namespace lbea

@@ -1,0 +1,81 @@
+// One shape for the frames of several rigs: the least squares of SurfaceFitter with the sum of the rigs' squares.
+#pragma once
+
+#include "runtime/src/fit/surface_fit.hpp"
+
+namespace lbea {
+
+/// What a rig shows of a capture: its frame, fitted alone.
+struct RigEvidence {
+  SurfaceFitter* fitter = nullptr;
+  double later_s = 0;  // than the time that the joint shape is estimated for
+};
+
+class JointFitter {
+ public:
+  /// regression: of any rig's images; the shapes in it do not depend on the rig. Allocates all memory.
+  JointFitter(const ModelView& model, const ShapeRegression& regression, float noise, std::size_t rigs,
+              std::uint32_t max_matches, const FitSettings& settings = {});
+
+  /// rigs: at least one, each with a fitted frame. expected: by the earlier captures. The spans of the result and of
+  /// matches() are valid until the next call or the next frame of a rig. Does not allocate.
+  SurfaceFit fit(std::span<const RigEvidence> rigs, const FrameExpectation* expected) noexcept;
+
+  /// The motion that a rig's frame lacks, given the prior and the frames of all rigs. Does not allocate.
+  [[nodiscard]] const PoseBelief& pose_of(const RigEvidence& rig, const PoseBelief& prior) noexcept;
+
+  /// As those of SurfaceFitter.
+  [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return weights_.matches(); }
+  [[nodiscard]] Verdict verdict() const noexcept { return verdict_; }
+  [[nodiscard]] bool is_explained() const noexcept {
+    return verdict_ == Verdict::matched || verdict_ == Verdict::ambiguous;
+  }
+  [[nodiscard]] bool is_hidden() const noexcept { return is_hidden_; }
+  [[nodiscard]] const ShapeEstimate& estimate() const noexcept { return estimate_; }
+  [[nodiscard]] TimeBelief time() const noexcept { return {estimate_.time_s(), weights_.time_variance()}; }
+  /// Cells that the rigs' frames show, relative to those that the best candidate fills.
+  [[nodiscard]] float shown_share() const noexcept { return shown_share_; }
+
+ private:
+  void propose() noexcept;
+  void rank(const FrameExpectation* expected) noexcept;
+  [[nodiscard]] float mean_square(std::uint32_t sample) noexcept;
+  [[nodiscard]] float not_residual(std::uint32_t best) noexcept;
+  void set_candidates() noexcept;
+  void compare() noexcept;
+  [[nodiscard]] ShapePrediction predict() noexcept;
+  void add_earlier(const RigEvidence& rig, float weight) noexcept;
+  void judge(SurfaceFit& result) noexcept;
+  [[nodiscard]] EstimateProblem problem() const noexcept;
+  [[nodiscard]] StateBetween state_at(std::uint32_t sample, double later_s) const noexcept;
+  [[nodiscard]] std::uint32_t nearest_at(std::uint32_t sample, double later_s) const noexcept;
+
+  const ModelView& model_;
+  ShapeRegression regression_;
+  FitSettings settings_;
+  float noise_;  // squared length unit
+  std::span<const RigEvidence> rigs_;
+  bool is_hidden_ = false;  // of every rig
+  std::vector<RankedSample> proposed_;
+  std::size_t proposed_count_ = 0, compared_count_ = 0;
+  std::vector<std::uint32_t> proposed_in_;  // per sample: the last fit that it was proposed in
+  std::uint32_t fits_ = 0;
+  BestSamples promising_;  // of a rig's proposals
+  ExpectationCosts costs_;
+  std::vector<RankedSample> compared_;
+  BestSamples best_;  // distance: mean square, length unit squared, and the price of the cost
+  float price_per_cost_ = 0;
+  std::vector<Match> candidates_;
+  std::vector<float> alone_;  // per candidate: residual without the cost
+  std::vector<StateBetween> states_;
+  std::vector<RankedSample> of_rig_;  // the candidates at the time of a rig's frame
+  std::vector<float> gram_;
+  float cells_ = 0;  // that its means are over
+  ShapeEstimate estimate_;
+  std::array<float, ShapeRegression::shape_scores> scores_{};  // predicted
+  CandidateWeights weights_;
+  Verdict verdict_ = Verdict::unknown;
+  float shown_share_ = 0;
+};
+
+}  // namespace lbea

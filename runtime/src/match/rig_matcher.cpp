@@ -1,0 +1,261 @@
+// The frames of several rigs, each by the steps of Matcher, then together.
+#include "runtime/src/fit/joint_fit.hpp"
+#include "runtime/src/match/matcher.hpp"
+
+#include <lbea/rigs.hpp>
+
+namespace lbea {
+namespace {
+
+constexpr std::size_t most_rigs = 16;
+constexpr double most_apart = 0.1;  // durations of a simulation: frames farther from the latest one are of another time
+
+/// Of stamps; wraps around.
+std::int64_t sum(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+MatcherConfig config_of(const Rig& rig, MatcherConfig config) {
+  config.method = Method::fit;
+  config.T_reference_sensor = rig.T_reference_sensor;
+  return config;
+}
+
+void require(bool holds, std::size_t rig, const std::string& sentence) {
+  if (!holds) throw Error(Status::bad_config, "rig " + std::to_string(rig + 1) + ": " + sentence);
+}
+
+/// The regression of all rigs' images. Throws if they are not those of the same samples.
+const ShapeRegression& common_regression(const std::vector<SensorViews>& views) {
+  const ShapeRegression& first = views.front().data()->regression;
+  for (std::size_t rig = 1; rig < views.size(); ++rig)
+    require(std::ranges::equal(views[rig].data()->regression.shapes, first.shapes), rig,
+            "its depth images are not those of the same model as the first rig's; render them for the model");
+  return first;
+}
+
+std::vector<SensorViews> views_of(const std::vector<Rig>& rigs, const Model& model) {
+  std::vector<SensorViews> views;
+  for (const Rig& rig : rigs) views.push_back(rig.views.empty() ? SensorViews::baked_into(model) : rig.views);
+  return views;
+}
+
+}  // namespace
+
+struct RigMatcher::State {
+  State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs);
+
+  void match_alone(std::size_t rig, Frame frame) noexcept;
+  [[nodiscard]] MatchResult combine() noexcept;
+  void choose_evidence(MatchResult& result) noexcept;
+  [[nodiscard]] bool begin_capture(MatchResult& result) noexcept;
+  [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
+  [[nodiscard]] bool move_poses() noexcept;
+  [[nodiscard]] bool is_explained(std::size_t rig) const noexcept {
+    return is_indexed(rig) && fitter_of(rig).is_explained();
+  }
+  /// Whether its frame has points on the component.
+  [[nodiscard]] bool is_indexed(std::size_t rig) const noexcept { return results[rig].points.used > 0; }
+  [[nodiscard]] SurfaceFitter& fitter_of(std::size_t rig) const noexcept { return *matchers[rig]->fitter; }
+  void remember(MatchResult& result) noexcept;
+  void publish(MatchResult& result) noexcept;
+
+  struct Capture {
+    std::uint64_t frame_id = 0;
+    std::int64_t stamp_ns = 0;  // by the first rig's clock
+    std::span<const Point> points{};
+    bool has_frame = false;
+    bool is_reconsidered = false;  // its pose, by the frames of all rigs
+    std::size_t place = 0;         // in the evidence
+  };
+
+  std::vector<SensorViews> views;
+  std::vector<std::unique_ptr<Matcher::State>> matchers;  // per rig, as the next four
+  std::vector<HistoryState> histories;
+  std::vector<PoseFilter> poses_before;  // the frame
+  std::vector<Capture> captures;
+  std::vector<RigResult> results;
+  std::vector<std::int64_t> offsets_ns;
+  std::vector<RigEvidence> evidence;
+  double duration_s;               // of a simulation; 0: not known
+  std::int64_t latest_ns = 0;      // stamp of the capture's latest frame
+  std::size_t used = 0, lead = 0;  // number of rigs that the result rests on; the first of them
+  JointFitter fitter;
+};
+
+RigMatcher::State::State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs)
+    : views(views_of(rigs, model)),
+      captures(rigs.size()),
+      results(rigs.size()),
+      evidence(rigs.size()),
+      duration_s(EnsembleTimes::of(model.view()).duration_s),
+      fitter(model.view(), common_regression(views), views.front().data()->metric.mesh_noise, rigs.size(),
+             config.max_matches) {
+  for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
+    offsets_ns.push_back(rigs[rig].clock_offset_ns);
+    matchers.push_back(std::make_unique<Matcher::State>(model, config_of(rigs[rig], config), views[rig],
+                                                        FitSettings{}.joint_candidates));
+    histories.emplace_back(model.view(), units_per_mm(model.length_unit()), views[rig].data());
+    poses_before.push_back(histories.back().pose);
+  }
+}
+
+void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
+  Matcher::State& matcher = *matchers[rig];
+  frame.stamp_ns = sum(frame.stamp_ns, offsets_ns[rig]);
+  captures[rig] = {frame.id, frame.stamp_ns, frame.points, true};
+  MatchResult alone;
+  poses_before[rig] = histories[rig].pose;
+  matcher.begin_frame(frame, &histories[rig]);
+  bool is_indexed = false;
+  do {
+    is_indexed = matcher.index_points(frame, alone);
+    if (is_indexed) matcher.fit(alone);
+  } while (is_indexed && matcher.move_pose(alone));
+  results[rig] = {alone.fit, {}, alone.status, Verdict::unknown, alone.points, false};
+  if (!is_indexed) return;
+  const float shown = matcher.fitter->shown_share(matcher.fitter->search().sample(0));
+  results[rig].coverage = std::min(shown, 1.0f);
+  results[rig].status = shown < matcher.config.min_coverage ? Status::low_coverage : Status::ok;
+  results[rig].verdict = matcher.fitter->verdict();
+}
+
+MatchResult RigMatcher::State::combine() noexcept {
+  MatchResult result;
+  result.status = Status::empty_frame;
+  choose_evidence(result);
+  if (used == 0) return result;
+  const FrameExpectation expected = histories[lead].expectation();
+  do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
+  result.coverage = fitter.shown_share();
+  result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
+  remember(result);
+  publish(result);
+  return result;
+}
+
+/// By all rigs' frames instead of each one's own. Returns whether a pose changed, so that its frame was matched again.
+bool RigMatcher::State::move_poses() noexcept {
+  bool has_moved = false;
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
+    Matcher::State& matcher = *matchers[rig];
+    if (!results[rig].is_used || matcher.pose == nullptr) continue;
+    if (!std::exchange(captures[rig].is_reconsidered, true)) matcher.pose->reconsider(poses_before[rig]);
+    const double since_impact = fitter.time().mean_s - histories[rig].impact_s;
+    const PoseBelief posterior = fitter.pose_of(evidence[captures[rig].place], matcher.pose->prior());
+    if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact)) continue;
+    MatchResult alone;
+    if (matcher.index_points({captures[rig].frame_id, captures[rig].stamp_ns, captures[rig].points}, alone))
+      matcher.fit(alone);
+    has_moved = true;
+  }
+  return has_moved;
+}
+
+/// Frames that no simulation explains are evidence only if no other is: they show another component, or what hides
+/// this one. Nor are frames of another time than the latest one.
+void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
+  const bool any_explained = begin_capture(result);
+  const auto counts = [&](std::size_t rig) { return any_explained ? is_explained(rig) : is_indexed(rig); };
+  used = 0;
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
+    results[rig].is_used = counts(rig) && is_in_time(rig);
+    if (!results[rig].is_used) continue;
+    if (used == 0) lead = rig;
+    captures[rig].place = used;
+    evidence[used++] = {&fitter_of(rig), seconds_between(captures[lead].stamp_ns, captures[rig].stamp_ns)};
+  }
+  result.frame_id = captures[lead].frame_id;
+  result.stamp_ns = captures[lead].stamp_ns;
+}
+
+/// Adds up the points, and returns whether a simulation explains any frame that is in time.
+bool RigMatcher::State::begin_capture(MatchResult& result) noexcept {
+  bool any = false;
+  latest_ns = std::numeric_limits<std::int64_t>::min();
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
+    if (!std::exchange(captures[rig].has_frame, false)) results[rig] = {};
+    const RigResult& alone = results[rig];
+    if (is_indexed(rig)) latest_ns = std::max(latest_ns, captures[rig].stamp_ns);
+    if (alone.status == Status::too_many_points) result.status = alone.status;
+    result.points.received += alone.points.received;
+    result.points.invalid += alone.points.invalid;
+    result.points.culled += alone.points.culled;
+    result.points.used += alone.points.used;
+  }
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) any = any || (is_explained(rig) && is_in_time(rig));
+  return any;
+}
+
+bool RigMatcher::State::is_in_time(std::size_t rig) const noexcept {
+  return !(duration_s > 0) || seconds_between(captures[rig].stamp_ns, latest_ns) <= most_apart * duration_s;
+}
+
+void RigMatcher::State::remember(MatchResult& result) noexcept {
+  const bool is_evidence = result.status == Status::ok && fitter.is_explained();
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
+    if (results[rig].is_used) histories[rig].see(fitter_of(rig));
+    if (results[rig].is_used && matchers[rig]->pose != nullptr) matchers[rig]->pose->write(results[rig]);
+    if (is_evidence)
+      histories[rig].add(shape_shown(result.stamp_ns, fitter.estimate(), result.fit.error_90, result.fit.spread),
+                         fitter.time());
+  }
+  histories[lead].write_time(result.stamp_ns, result.fit);
+}
+
+void RigMatcher::State::publish(MatchResult& result) noexcept {
+  Matcher::State& matcher = *matchers[lead];
+  matcher.set_reference(result.stamp_ns, result);
+  matcher.combine_coefficients(result.fit.estimate);
+  matcher.publish_coefficients(result);
+  matcher.publish_matches(fitter.matches(), result);
+  if (result.status == Status::ok || fitter.verdict() == Verdict::no_simulation_fits) result.verdict = fitter.verdict();
+  result.channels =
+      matcher.channels.of_fit(result.fit, fitter.is_hidden(), matcher.has_baked_pose && fitter.is_explained());
+}
+
+RigMatcher::RigMatcher(Model model, const MatcherConfig& config, const std::vector<Rig>& rigs) {
+  if (rigs.empty() || rigs.size() > most_rigs)
+    throw Error(Status::bad_config, std::to_string(rigs.size()) + " rigs; give 1 to " + std::to_string(most_rigs));
+  const SensorViews baked = SensorViews::baked_into(model);
+  for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
+    try {
+      check(config_of(rigs[rig], config), model.view(), rigs[rig].views.empty() ? baked : rigs[rig].views);
+    } catch (const Error& error) { throw Error(error.status, "rig " + std::to_string(rig + 1) + ": " + error.what()); }
+  }
+  state_ = std::make_unique<State>(model, config, rigs);
+  for (std::size_t rig = 0; rig < rigs.size(); ++rig)
+    require(state_->fitter_of(rig).search().proposes(), rig, "the ensemble has too many samples for several rigs");
+}
+RigMatcher::~RigMatcher() = default;
+RigMatcher::RigMatcher(RigMatcher&&) noexcept = default;
+RigMatcher& RigMatcher::operator=(RigMatcher&&) noexcept = default;
+
+MatchResult RigMatcher::match(std::span<const Frame> frames) noexcept {
+  for (std::size_t rig = 0; rig < std::min(frames.size(), state_->matchers.size()); ++rig)
+    if (!frames[rig].points.empty()) match_alone(rig, frames[rig]);
+  return combine();
+}
+void RigMatcher::match_alone(std::size_t rig, const Frame& frame) noexcept {
+  if (rig < state_->matchers.size()) state_->match_alone(rig, frame);
+}
+MatchResult RigMatcher::combine() noexcept { return state_->combine(); }
+std::span<const RigResult> RigMatcher::rigs() const noexcept { return state_->results; }
+void RigMatcher::fix_poses() noexcept {
+  for (HistoryState& history : state_->histories) {
+    history.estimates_pose = false;
+    history.pose.reset();
+  }
+}
+void RigMatcher::set_impact(std::int64_t stamp_ns) noexcept {
+  for (HistoryState& history : state_->histories) history.clock.set_impact(stamp_ns);
+}
+RigidTransform RigMatcher::pose_correction(std::size_t rig) const noexcept {
+  return rig < state_->histories.size() ? state_->histories[rig].pose.transform() : identity_transform;
+}
+void RigMatcher::reset() noexcept {
+  for (HistoryState& history : state_->histories) history.reset();
+}
+const Model& RigMatcher::model() const noexcept { return state_->matchers.front()->model; }
+
+}  // namespace lbea

@@ -1,0 +1,307 @@
+// Several rigs around bending plates: one looks down on them, one up, one from above at an angle.
+#include "precompute/depth_images/learned_fit.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <lbea/inference.hpp>
+#include <lbea/rigs.hpp>
+#include <lbea/test_history.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::test;
+
+namespace {
+
+StereoSensor rig_below() {
+  StereoSensor rig = rig_above();
+  rig.T_reference_sensor = {1, 0, 0, 95, 0, 1, 0, 45, 0, 0, 1, -600};
+  rig.T_reference_right = {1, 0, 0, 135, 0, 1, 0, 45, 0, 0, 1, -600};
+  return rig;
+}
+
+/// Turned about the plate's clamped edge by 0.3 radians.
+StereoSensor rig_beside() {
+  StereoSensor rig = rig_above();
+  const auto turned = [](const RigidTransform& T) {
+    const float c = std::cos(0.3f), s = std::sin(0.3f);
+    RigidTransform moved = T;
+    for (std::size_t k = 0; k < 4; ++k) {
+      moved[k] = c * T[k] - s * T[8 + k];
+      moved[8 + k] = s * T[k] + c * T[8 + k];
+    }
+    return moved;
+  };
+  rig.T_reference_sensor = turned(rig.T_reference_sensor);
+  rig.T_reference_right = turned(rig.T_reference_right);
+  return rig;
+}
+
+SensorViews views_from(const StereoSensor& rig, const Model& model) {
+  const SimulationMesh mesh = plate_mesh();
+  const auto renderer = make_depth_renderer(rig, mesh.nodes(), mesh.elements, {-200, -30, -10}, {210, 120, 200});
+  return render_depth_images(model, *renderer, 2);
+}
+
+std::vector<Point> seen_from(const StereoSensor& rig, const std::vector<float>& positions, std::uint64_t seed = 1) {
+  const SimulationMesh mesh = plate_mesh();
+  return VirtualSensor(rig, mesh.nodes(), mesh.elements).sense({positions}, {}, seed);
+}
+
+std::vector<float> positions_of(const Model& model, std::uint32_t sample) {
+  const auto positions = model.node_positions(sample);
+  return {positions.begin(), positions.end()};
+}
+
+/// Six runs under two rigs.
+struct TwoRigs {
+  explicit TwoRigs(std::uint32_t states = 8) : bytes(seen_plates_model(6, states)) {}
+
+  AlignedBytes bytes;
+  Model model = Model::view(bytes.span());
+  std::vector<StereoSensor> sensors{rig_above(), rig_below()};
+  std::vector<Rig> rigs{{sensors[0].T_reference_sensor, {}},
+                        {sensors[1].T_reference_sensor, views_from(sensors[1], model)}};
+
+  [[nodiscard]] RigMatcher matcher() const {
+    RigMatcher matcher(model, fit_config(), rigs);
+    matcher.fix_poses();
+    return matcher;
+  }
+};
+
+/// Of the nodes of two shapes.
+double mean_distance(std::span<const float> a, std::span<const float> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]},
+                      double{a[i + 2]} - double{b[i + 2]});
+  return 3 * sum / static_cast<double>(a.size());
+}
+
+/// Of the best sample. Several runs have the same shape at different times.
+double distance(const Model& model, const MatchResult& result, const std::vector<float>& positions) {
+  return mean_distance(model.node_positions(model.sample_index(result.matches.front().sample)), positions);
+}
+
+Frame at(double ms, std::span<const Point> points) {
+  return {static_cast<std::uint64_t>(ms), static_cast<std::int64_t>(ms * 1e6), points};
+}
+
+}  // namespace
+
+TEST_CASE("two rigs that see both sides name the sample that they see, and rest on both") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  for (std::uint32_t sample = 1; sample < two.model.samples(); sample += 5) {
+    CAPTURE(sample);
+    matcher.reset();
+    const std::vector<float> positions = positions_of(two.model, sample);
+    const auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+    const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+    REQUIRE(result.status == Status::ok);
+    CHECK(result.verdict != Verdict::no_simulation_fits);
+    CHECK(distance(two.model, result, positions) < 1e-3);
+    CHECK(result.points.received == above.size() + below.size());
+    for (const RigResult& rig : matcher.rigs()) {
+      CHECK(rig.is_used);
+      CHECK(rig.status == Status::ok);
+      CHECK(rig.coverage > 0.9f);
+    }
+  }
+}
+
+TEST_CASE("shares of the joint estimate add up to 1, and its lists have the promised sizes") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = bent(0.63);  // between two runs
+  const auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+  const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+  float shares = 0;
+  for (const WeightedSample& one : result.fit.estimate) shares += one.weight;
+  CHECK(shares == doctest::Approx(1).epsilon(1e-4));
+  CHECK(result.fit.candidates.size() == result.fit.ranks.size());
+  CHECK(result.matches.size() == fit_config().max_matches);
+  CHECK(result.coefficients.size() == std::size_t{3} * two.model.modes());
+  Inferred inferred;
+  infer_positions(two.model, result.fit, inferred);
+  CHECK(mean_distance(inferred.mean, positions) < 1);  // the states of two runs are 3 to 5 mm apart
+}
+
+TEST_CASE("a rig without a frame takes its evidence away and nothing else") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = positions_of(two.model, 12);
+  const auto below = seen_from(two.sensors[1], positions, 2);
+  const MatchResult result = matcher.match(std::vector<Frame>{{}, at(3, below)});
+  REQUIRE(result.status == Status::ok);
+  CHECK(two.model.sample_index(result.matches.front().sample) == 12);
+  CHECK(result.frame_id == 3);
+  CHECK(result.stamp_ns == 3'000'000);
+  CHECK_FALSE(matcher.rigs()[0].is_used);
+  CHECK(matcher.rigs()[0].status == Status::empty_frame);
+  CHECK(matcher.rigs()[1].is_used);
+  const MatchResult nothing = matcher.match(std::vector<Frame>{{}, {}});
+  CHECK(nothing.status == Status::empty_frame);
+  CHECK(nothing.matches.empty());
+  CHECK_FALSE(matcher.rigs()[1].is_used);
+  CHECK(matcher.match({}).status == Status::empty_frame);  // fewer frames than rigs
+}
+
+TEST_CASE("a rig that shows another component does not count, and says so") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  std::vector<float> folded = bent(0);  // a ridge along the middle: no run
+  for (std::size_t i = 0; i < folded.size(); i += 3) folded[i + 2] = 40 - std::abs(folded[i] - 95) * 0.4f;
+  for (std::uint32_t sample : {12u, 30u, 44u}) {
+    CAPTURE(sample);
+    const std::vector<float> positions = positions_of(two.model, sample);
+    const auto above = seen_from(two.sensors[0], positions), other = seen_from(two.sensors[1], folded, 2);
+    const MatchResult result = matcher.match(std::vector<Frame>{at(sample, above), at(sample, other)});
+    CHECK(distance(two.model, result, positions) < 1e-3);
+    CHECK(result.verdict != Verdict::no_simulation_fits);
+    CHECK(matcher.rigs()[0].is_used);
+    CHECK_FALSE(matcher.rigs()[1].is_used);
+    CHECK(matcher.rigs()[1].verdict == Verdict::no_simulation_fits);
+    matcher.reset();
+  }
+  const auto above = seen_from(two.sensors[0], folded), below = seen_from(two.sensors[1], folded, 2);
+  CHECK(matcher.match(std::vector<Frame>{at(1, above), at(1, below)}).verdict == Verdict::no_simulation_fits);
+}
+
+// The second rig sees the next state; without the stamps, the shape would be one between the two.
+TEST_CASE("frames at different times are evidence for one time") {
+  const TwoRigs two(16);
+  RigMatcher matcher = two.matcher();
+  for (const std::uint32_t sample : {24u, 57u, 90u}) {
+    CAPTURE(sample);
+    const std::vector<float> earlier = positions_of(two.model, sample), later = positions_of(two.model, sample + 1);
+    const auto above = seen_from(two.sensors[0], earlier), below = seen_from(two.sensors[1], later, 2);
+    const Frame first = at(1, above);
+    Frame second = at(1, below);
+    const auto error = [&] {
+      matcher.reset();
+      const MatchResult result = matcher.match(std::vector<Frame>{first, second});
+      CHECK(matcher.rigs()[0].is_used);
+      CHECK(matcher.rigs()[1].is_used);
+      Inferred inferred;
+      infer_positions(two.model, result.fit, inferred);
+      return mean_distance(inferred.mean, earlier);
+    };
+    const double at_one_time = error();
+    second.stamp_ns += std::llround(1e9 * (two.model.sample_time_s(sample + 1) - two.model.sample_time_s(sample)));
+    CHECK(error() < at_one_time / 2);
+  }
+}
+
+TEST_CASE("a frame of another time than the latest one does not count") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = positions_of(two.model, 20);
+  const auto above = seen_from(two.sensors[0], bent(0)), below = seen_from(two.sensors[1], positions, 2);
+  const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(201, below)});
+  CHECK(distance(two.model, result, positions) < 1e-3);
+  CHECK_FALSE(matcher.rigs()[0].is_used);
+  CHECK(matcher.rigs()[0].verdict == Verdict::matched);
+}
+
+TEST_CASE("an offset of a rig's clock is taken from its stamps") {
+  TwoRigs two;
+  two.rigs[1].clock_offset_ns = -5'000'000'000;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = positions_of(two.model, 12);
+  const auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+  (void)matcher.match(std::vector<Frame>{at(1, above), at(5001, below)});
+  CHECK(matcher.rigs()[0].is_used);
+  CHECK(matcher.rigs()[1].is_used);
+  (void)matcher.match(std::vector<Frame>{at(2, above), at(2, below)});  // five seconds older than the first one
+  CHECK(matcher.rigs()[0].is_used);
+  CHECK_FALSE(matcher.rigs()[1].is_used);
+  Frame extreme = at(3, below);
+  extreme.stamp_ns = std::numeric_limits<std::int64_t>::min();
+  (void)matcher.match(std::vector<Frame>{at(3, above), extreme});  // wraps around, without an overflow
+  CHECK(matcher.rigs().size() == 2);
+}
+
+TEST_CASE("in two steps a capture gives the same as in one") {
+  const TwoRigs two;
+  RigMatcher one_step = two.matcher(), two_steps = two.matcher();
+  for (std::uint32_t sample = 8; sample < 16; ++sample) {
+    const std::vector<float> positions = positions_of(two.model, sample);
+    const auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+    const MatchResult expected = one_step.match(std::vector<Frame>{at(sample, above), at(sample, below)});
+    two_steps.match_alone(1, at(sample, below));
+    two_steps.match_alone(0, at(sample, above));
+    two_steps.match_alone(2, at(sample, above));  // no such rig
+    const MatchResult result = two_steps.combine();
+    CHECK(result.fit.residual == expected.fit.residual);
+    CHECK(std::ranges::equal(result.coefficients, expected.coefficients));
+  }
+}
+
+// What hides most of one rig's view must not move the estimate: the other rig shows it.
+TEST_CASE("a part hidden from one rig is taken from the other") {
+  TwoRigs two;
+  two.sensors[1] = rig_beside();
+  two.rigs[1] = {two.sensors[1].T_reference_sensor, views_from(two.sensors[1], two.model)};
+  RigMatcher matcher = two.matcher();
+  for (const std::uint32_t sample : {15u, 31u, 47u}) {  // the last states
+    CAPTURE(sample);
+    matcher.reset();
+    const std::vector<float> positions = positions_of(two.model, sample);
+    auto above = seen_from(two.sensors[0], positions);
+    const auto beside = seen_from(two.sensors[1], positions, 2);
+    const auto free_end = [](const Point& p) { return p.x > -40; };  // in the sensor's coordinates
+    above.erase(std::remove_if(above.begin(), above.end(), free_end), above.end());
+    REQUIRE(above.size() > 1000);
+    const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, beside)});
+    CHECK(distance(two.model, result, positions) < 1e-3);
+  }
+}
+
+TEST_CASE("the views of another rig may come from a model that was baked for it") {
+  const TwoRigs two;
+  const TemporaryFolder folder;
+  BakeOptions options;
+  options.depth_renderer = [](const CommonMesh& mesh, const std::array<float, 3>& low,
+                              const std::array<float, 3>& high) {
+    return make_depth_renderer(rig_below(), mesh.node_ids.size(), mesh.elements, low, high);
+  };
+  bake_model(similar_plates(6, 8), bent_plates_description(), folder / "below.lbea", options);
+  const SensorViews below_views = SensorViews::baked_into(Model::open(folder / "below.lbea"));
+  RigMatcher matcher(two.model, fit_config(), {two.rigs[0], {two.sensors[1].T_reference_sensor, below_views}});
+  matcher.fix_poses();
+  const std::vector<float> positions = positions_of(two.model, 12);
+  const auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+  const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+  CHECK(distance(two.model, result, positions) < 1e-3);
+  CHECK(matcher.rigs()[1].is_used);
+}
+
+TEST_CASE("rigs that cannot be matched are refused with their number") {
+  TwoRigs two;
+  const auto refused = [&](const std::vector<Rig>& rigs) -> std::string {
+    try {
+      RigMatcher matcher(two.model, fit_config(), rigs);
+    } catch (const Error& error) {
+      CHECK(error.status == Status::bad_config);
+      return error.what();
+    }
+    return "accepted";
+  };
+  CHECK(refused({}).starts_with("0 rigs"));
+  CHECK(refused(std::vector<Rig>(17, two.rigs[0])).starts_with("17 rigs"));
+  Rig mirrored = two.rigs[1];
+  mirrored.T_reference_sensor[0] = -1;
+  CHECK(refused({two.rigs[0], mirrored}).starts_with("rig 2: "));
+  const AlignedBytes other_bytes = seen_plates_model(4, 12);  // as many samples
+  const Model other = Model::view(other_bytes.span());
+  REQUIRE(other.samples() == two.model.samples());
+  Rig of_other = two.rigs[1];
+  of_other.views = views_from(two.sensors[1], other);
+  CHECK(refused({two.rigs[0], of_other}).find("not those of the same model") != std::string::npos);
+}
