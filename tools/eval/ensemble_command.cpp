@@ -68,6 +68,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   if (arguments.robustness) plan.disturbances = robustness_rows();
   if (disturbs(arguments.own)) plan.disturbances.push_back(arguments.own);
   plan.trial.sensor = io::read_sensor_json(arguments.sensor);
+  for (const auto& rig : arguments.more_rigs) plan.trial.more_rigs.push_back(io::read_sensor_json(rig));
   plan.trial.impact_step = plan.description.impact_step;
   plan.trial.time_factor = plan.description.time_factor;
   if (arguments.meshes) plan.trial.meshes = arguments.out / "meshes";
@@ -142,6 +143,9 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
   app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
       ->required();
+  app.add_option("--rig", arguments.more_rigs,
+                 "sensor.json of another rig, whose frames are fitted together with those of --sensor; repeatable")
+      ->default_text("");
   app.add_option("-o,--out", arguments.out,
                  "folder for tables.md, summary.json, frames.csv, view.csv, worst.csv, worst/")
       ->required();
@@ -161,6 +165,9 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_flag("--frames-alone", arguments.plan.trial.frames_alone,
                "match each frame without what the earlier ones of its test have shown");
   declare_disturbance(app, arguments.own);
+  app.add_flag("--first-rig-alone", arguments.plan.trial.disturbs_first_rig_alone,
+               "the frames of the rigs given by --rig are not disturbed")
+      ->group("An additional round of disturbed frames");
   declare_rounds(app, arguments.plan);
   app.add_flag("--meshes", arguments.meshes,
                "write the matched and estimated meshes of each unseen experiment for ParaView");

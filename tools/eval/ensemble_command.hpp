@@ -8,6 +8,7 @@ namespace lbea::tool {
 
 struct EnsembleArguments {
   std::filesystem::path toml, sensor, out;
+  std::vector<std::filesystem::path> more_rigs;
   double share = 0.2;
   std::vector<std::string> experiments;  // names of runs, or paths of runs outside the ensemble
   bool leave_one_out = false;

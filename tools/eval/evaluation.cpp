@@ -3,6 +3,7 @@
 #include "precompute/parallel.hpp"
 #include "tools/eval/truth.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/matching/views.hpp"
 
 #include <map>
 #include <numeric>
@@ -120,8 +121,9 @@ class Evaluator {
     const Model with = bake_runs(present, mode);
     test(round(name + " present", mode), {with, nullptr}, experiments(tested));
   }
-  void test(Round& round, const TestSetup& setup, std::span<const Experiment> experiments) {
+  void test(Round& round, TestSetup setup, std::span<const Experiment> experiments) {
     TrialSettings settings = plan_.trial;
+    setup.more_views = views_of_rigs(setup.model);
     settings.disturbance = round.disturbance;
     settings.mapping = plan_.description.mapping;
     const bool plainly_unseen =
@@ -154,6 +156,14 @@ class Evaluator {
       if (!done.frames.empty()) round.tests.push_back(std::move(done));
   }
 
+  /// Of the rigs beside the first one, rendered once per model.
+  [[nodiscard]] const std::vector<SensorViews>& views_of_rigs(const Model& model) {
+    if (plan_.trial.more_rigs.empty() || rendered_for_ == model.checksum()) return more_views_;
+    more_views_.clear();
+    for (const io::SensorDescription& rig : plan_.trial.more_rigs) more_views_.push_back(rendered(model, rig.sensor));
+    rendered_for_ = model.checksum();
+    return more_views_;
+  }
   [[nodiscard]] std::vector<Experiment> experiments(Runs runs) const {
     std::vector<Experiment> chosen;
     for (const std::size_t run : runs) chosen.push_back({plan_.ensemble.runs[run].name, plan_.ensemble.runs[run].open});
@@ -198,6 +208,8 @@ class Evaluator {
   Evaluation result_;
   std::optional<Model> full_model_;  // of all runs, at impact; defines the branches
   std::map<std::string, std::size_t> round_indices_;
+  std::vector<SensorViews> more_views_;
+  std::uint64_t rendered_for_ = 0;  // checksum of the model
   std::mutex mutex_;
   int baked_ = 0;
   std::uint32_t fold_ = 0;  // of the last split; from 1, 0: it is the only one

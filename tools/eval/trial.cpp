@@ -7,6 +7,7 @@
 #include "tools/eval/mesh_series.hpp"
 
 #include <lbea/inference.hpp>
+#include <lbea/rigs.hpp>
 #include <lbea/test_history.hpp>
 
 #include <algorithm>
@@ -46,6 +47,15 @@ struct Matchers {
   Matcher vtp, lbea, fit;
 };
 
+/// A rig of the test.
+struct TestRig {
+  bake::VirtualSensor sensor;
+  bake::SensingNoise noise;
+  RigidTransform T_reference_sensor;
+  std::optional<Point> hidden_place{};
+  std::vector<Point> points{};  // of the current frame
+};
+
 class Test {
  public:
   Test(const TestSetup& setup, const Experiment& experiment, const TrialSettings& settings)
@@ -55,14 +65,15 @@ class Test {
         settings_(settings),
         reader_(experiment.open()),
         mesh_(reader_->mesh(), model_, settings.mapping),
-        sensor_(settings.sensor.sensor, reader_->mesh().nodes(), reader_->mesh().elements),
-        noise_(disturbed(settings.sensor.noise, settings.disturbance)),
         own_simulation_(simulation_named(model_, experiment.name)),
         observed_(model_.nodes(), 0),
         history_(model_),
         box_(box_of_samples(model_)) {
     config_.T_reference_sensor = settings.sensor.sensor.T_reference_sensor;
     config_.max_points = settings.sensor.sensor.width_px * settings.sensor.sensor.height_px;
+    add_rig(settings.sensor, settings.disturbance);
+    for (const io::SensorDescription& rig : settings.more_rigs)
+      add_rig(rig, settings.disturbs_first_rig_alone ? Disturbance{} : settings.disturbance);
     for (const std::uint32_t node : model_.vertex_nodes(0)) observed_[node] = 1;
     find_field();
     if (settings.meshes.empty()) return;
@@ -80,14 +91,12 @@ class Test {
     judge_channels();
     if (!settings_.estimate_pose) history_.fix_pose();
     if (settings_.knows_impact) history_.set_impact(0);
+    prepare_rigs();
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
       reader_->read(step, state_);
       mesh_.positions(state_.positions, truth_);
-      const std::uint64_t seed = bake::frame_seed(settings_.seed, step);
-      auto sensed = sensor_.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, noise_, seed);
-      if (settings_.disturbance.same_place && !hidden_place_ && !sensed.empty())
-        hidden_place_ = any_of_them(sensed, seed);
-      const auto points = misplaced(disturbed(std::move(sensed), settings_.disturbance, seed, hidden_place_), step);
+      for (std::size_t rig = 0; rig < rigs_.size(); ++rig) sense(rig, step);
+      const std::span<const Point> points = rigs_.front().points;
       trial.frames.push_back(frame(step, points, matchers, tracker));
       keep_if_worst(trial.worst, trial.frames.back(), points);
       if (done()) break;
@@ -100,11 +109,40 @@ class Test {
   }
 
  private:
-  [[nodiscard]] std::vector<Point> misplaced(std::vector<Point> points, std::uint32_t step) const {
+  void add_rig(const io::SensorDescription& rig, const Disturbance& disturbance) {
+    rigs_.push_back({bake::VirtualSensor(rig.sensor, reader_->mesh().nodes(), reader_->mesh().elements),
+                     tool::disturbed(rig.noise, disturbance), rig.sensor.T_reference_sensor});
+  }
+  void prepare_rigs() {
+    if (settings_.more_rigs.empty()) return;
+    std::vector<Rig> rigs{{.T_reference_sensor = config_.T_reference_sensor}};
+    for (std::size_t i = 0; i < settings_.more_rigs.size(); ++i)
+      rigs.push_back({settings_.more_rigs[i].sensor.T_reference_sensor, setup_.more_views[i]});
+    rig_matcher_.emplace(model_, config_, rigs);
+    if (!settings_.estimate_pose) rig_matcher_->fix_poses();
+    if (settings_.knows_impact) rig_matcher_->set_impact(0);
+  }
+  /// The current state.
+  void sense(std::size_t number, std::uint32_t step) {
+    TestRig& rig = rigs_[number];
+    const std::uint64_t seed = bake::frame_seed(settings_.seed + number, step);
+    rig.points = rig.sensor.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, rig.noise, seed);
+    if (number > 0 && settings_.disturbs_first_rig_alone) return;
+    if (settings_.disturbance.same_place && !rig.hidden_place && !rig.points.empty())
+      rig.hidden_place = any_of_them(rig.points, seed);
+    rig.points = tool::disturbed(std::move(rig.points), settings_.disturbance, seed, rig.hidden_place);
     const Disturbance& disturbance = settings_.disturbance;
-    if (!(disturbance.pose_error_deg > 0 || disturbance.pose_error > 0)) return points;
-    return tool::misplaced(std::move(points), disturbance, share_of_pose_error(step), config_.T_reference_sensor,
-                           middle(model_.node_positions(0)), pose_seed());
+    if (disturbance.pose_error_deg > 0 || disturbance.pose_error > 0)
+      rig.points = tool::misplaced(std::move(rig.points), disturbance, share_of_pose_error(step),
+                                   rig.T_reference_sensor, middle(model_.node_positions(0)), pose_seed() + number);
+  }
+  [[nodiscard]] MatchResult match_rigs(const Frame& first) {
+    std::vector<Frame> frames(rigs_.size(), first);
+    for (std::size_t rig = 1; rig < rigs_.size(); ++rig) frames[rig].points = rigs_[rig].points;
+    return rig_matcher_->match(frames);
+  }
+  [[nodiscard]] RigidTransform pose_correction() const {
+    return rig_matcher_ ? rig_matcher_->pose_correction(0) : history_.pose_correction();
   }
   [[nodiscard]] double share_of_pose_error(std::uint32_t step) const {
     const double last = std::max(reader_->states(), 2u) - 1;
@@ -123,7 +161,9 @@ class Test {
     row.own = model_.sample_index({own_simulation_, step});
     const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
     const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
-                      by_fit = settings_.frames_alone ? matchers.fit.match(frame) : matchers.fit.match(frame, history_);
+                      by_fit = rig_matcher_             ? match_rigs(frame)
+                               : settings_.frames_alone ? matchers.fit.match(frame)
+                                                        : matchers.fit.match(frame, history_);
     score_first(row, EvaluatedMethod::vtp, by_vtp.matches);
     score_first(row, EvaluatedMethod::lbea, by_lbea.matches);
     score_fit(row, by_fit);
@@ -135,7 +175,7 @@ class Test {
     }
     if (setup_.icp) score_icp(row, points);
     row.leading_coordinates = by_lbea.leading_coordinates;
-    const PoseError left = left_over(history_.pose_correction(), settings_.disturbance, share_of_pose_error(step),
+    const PoseError left = left_over(pose_correction(), settings_.disturbance, share_of_pose_error(step),
                                      middle(model_.node_positions(0)), pose_seed());
     row.pose_deg = left.turn_deg;
     row.pose_error = left.shift;
@@ -158,7 +198,7 @@ class Test {
   /// The frame as fit compares it with the images of the samples.
   [[nodiscard]] std::vector<float> depth_image(std::span<const Point> points, const SensorViews& views) const {
     CloudIndex index(envelope_grid(model_.view().envelope), static_cast<std::uint32_t>(points.size()));
-    index.build(points, product(history_.pose_correction(), config_.T_reference_sensor));
+    index.build(points, product(pose_correction(), config_.T_reference_sensor));
     const DepthCamera& camera = views.data()->camera;
     FrameDepthImage image(camera);
     image.build(index);
@@ -296,8 +336,8 @@ class Test {
   const TrialSettings& settings_;
   std::unique_ptr<bake::SimulationReader> reader_;
   TrueMesh mesh_;
-  bake::VirtualSensor sensor_;
-  bake::SensingNoise noise_;
+  std::vector<TestRig> rigs_;
+  std::optional<RigMatcher> rig_matcher_;  // with more than one rig
   MatcherConfig config_;
   std::uint32_t own_simulation_;
   std::vector<std::uint8_t> observed_;  // per node of the model
@@ -307,7 +347,6 @@ class Test {
   bool has_field_ = false;
   bake::SimulationState state_;
   std::vector<float> truth_;
-  std::optional<Point> hidden_place_;
   std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;
   std::optional<MeshSeries> meshes_;

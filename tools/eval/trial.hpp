@@ -95,6 +95,8 @@ struct TestTrial {
 
 struct TrialSettings {
   io::SensorDescription sensor{};
+  std::vector<io::SensorDescription> more_rigs{};  // whose frames are fitted together with the sensor's
+  bool disturbs_first_rig_alone = false;
   Disturbance disturbance{};
   std::uint32_t first_step = 2, every = 1;
   std::uint32_t impact_step = 0;
@@ -110,7 +112,8 @@ struct TrialSettings {
 /// The model of a round of tests and its ICP baseline, shared by the threads that run the tests.
 struct TestSetup {
   Model model;
-  std::shared_ptr<IcpBaseline> icp;  // null: not measured
+  std::shared_ptr<IcpBaseline> icp;       // null: not measured
+  std::vector<SensorViews> more_views{};  // of TrialSettings::more_rigs
 };
 
 /// Called after every frame; true ends the test.

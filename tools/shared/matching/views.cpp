@@ -31,6 +31,8 @@ Box box_of(const Model& model) {
   return box;
 }
 
+}  // namespace
+
 SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
   std::vector<std::array<std::uint32_t, 4>> elements(model.elements());
   const auto flat = model.element_nodes();
@@ -45,8 +47,6 @@ SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
     progress.advance_to(most = std::max(most, done));
   });
 }
-
-}  // namespace
 
 bool suits(const RigidTransform& baked, const RigidTransform& wanted, std::string_view length_unit) noexcept {
   constexpr double max_degrees = 5, max_distance_mm = 30;  // the same surface is hidden up to here

@@ -1,7 +1,7 @@
 // The depth images for Method::fit: those of the model if they fit the rig's pose, otherwise rendered at the start.
 #pragma once
 
-#include <lbea/lbea.hpp>
+#include "precompute/rig/stereo_sensor.hpp"
 
 namespace lbea::tool {
 
@@ -12,6 +12,9 @@ namespace lbea::tool {
 
 /// Whether the model has depth images that suit this pose.
 [[nodiscard]] bool has_images_for(const RigidTransform& T_reference_sensor, const Model& model);
+
+/// Renders the images of all samples for a rig, and learns from them what the bake learns from its own.
+[[nodiscard]] SensorViews rendered(const Model& model, const bake::StereoSensor& sensor);
 
 /// Empty unless the method is fit. `sensor_json`: the text of the rig's description, which may be empty when the
 /// model's own images are used; `name`: its file, for errors. Throws Error{bad_config | bad_input} when images are
