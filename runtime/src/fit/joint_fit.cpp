@@ -185,7 +185,7 @@ void JointFitter::add_earlier(const RigEvidence& rig, float weight) noexcept {
 /// As SurfaceFitter, with means over the cells of all images. The rigs' limits are those of single images.
 void JointFitter::judge(SurfaceFit& result) noexcept {
   const std::uint32_t best = best_.ranked()[weights_.best_alone()].sample;
-  float squares = 0, expected = 0, cells = 0, limit = 0, per_spread = 0, shown = 0, filled = 0;
+  float squares = 0, expected = 0, cells = 0, limit = 0, per_spread = 0, shown = 0;
   bool gives_verdicts = true;
   for (const auto& [fitter, later_s] : rigs_) {
     const float weight = fitter->residuals().filled();
@@ -195,13 +195,11 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
     });
     cells += weight;
     limit = std::max(limit, fitter->images().misfit_limit);
-    per_spread = std::max(per_spread, fitter->error_per_spread());
-    const float share = std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);
-    shown += share * weight;
-    filled += weight;
+    if (fitter->is_hidden() == is_hidden_) per_spread = std::max(per_spread, fitter->error_per_spread());
+    shown += weight * std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);
     gives_verdicts = gives_verdicts && fitter->gives_verdicts();
   }
-  shown_share_ = shown / filled;
+  shown_share_ = shown / cells;
   verdict_ = Verdict::unknown;
   if (!gives_verdicts) return;
   if (per_spread > 0) result.error_90 = per_spread * result.spread;
