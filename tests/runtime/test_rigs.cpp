@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -74,6 +75,13 @@ struct TwoRigs {
   }
 };
 
+/// A ridge along the middle: no run has it.
+std::vector<float> folded() {
+  std::vector<float> positions = bent(0);
+  for (std::size_t i = 0; i < positions.size(); i += 3) positions[i + 2] = 40 - std::abs(positions[i] - 95) * 0.4f;
+  return positions;
+}
+
 /// Of the nodes of two shapes.
 double mean_distance(std::span<const float> a, std::span<const float> b) {
   double sum = 0;
@@ -87,6 +95,19 @@ double mean_distance(std::span<const float> a, std::span<const float> b) {
 double distance(const Model& model, const MatchResult& result, const std::vector<float>& positions) {
   return mean_distance(model.node_positions(model.sample_index(result.matches.front().sample)), positions);
 }
+
+/// The same, and the bakes have learned how certain poses are.
+struct PosedRigs : TwoRigs {
+  PosedRigs() {
+    rigs[0].views = with_certain_poses(SensorViews::baked_into(model));
+    rigs[1].views = with_certain_poses(rigs[1].views);
+  }
+  static SensorViews with_certain_poses(const SensorViews& views) {
+    DepthImages images = *views.data();
+    images.pose_variance = 1;
+    return SensorViews(std::make_shared<const DepthImages>(images));
+  }
+};
 
 Frame at(double ms, std::span<const Point> points) {
   return {static_cast<std::uint64_t>(ms), static_cast<std::int64_t>(ms * 1e6), points};
@@ -152,25 +173,54 @@ TEST_CASE("a rig without a frame takes its evidence away and nothing else") {
   CHECK(matcher.match({}).status == Status::empty_frame);  // fewer frames than rigs
 }
 
-TEST_CASE("a rig that shows another component does not count, and says so") {
+TEST_CASE("a rig that shows another component does not count, but nobody can tell it from a deformation") {
   const TwoRigs two;
   RigMatcher matcher = two.matcher();
-  std::vector<float> folded = bent(0);  // a ridge along the middle: no run
-  for (std::size_t i = 0; i < folded.size(); i += 3) folded[i + 2] = 40 - std::abs(folded[i] - 95) * 0.4f;
+  const std::vector<float> other_shape = folded();
   for (std::uint32_t sample : {12u, 30u, 44u}) {
     CAPTURE(sample);
     const std::vector<float> positions = positions_of(two.model, sample);
-    const auto above = seen_from(two.sensors[0], positions), other = seen_from(two.sensors[1], folded, 2);
+    const auto above = seen_from(two.sensors[0], positions), other = seen_from(two.sensors[1], other_shape, 2);
     const MatchResult result = matcher.match(std::vector<Frame>{at(sample, above), at(sample, other)});
     CHECK(distance(two.model, result, positions) < 1e-3);
-    CHECK(result.verdict != Verdict::no_simulation_fits);
+    CHECK(result.verdict == Verdict::unknown);
+    CHECK(std::isnan(result.fit.error_90));
     CHECK(matcher.rigs()[0].is_used);
     CHECK_FALSE(matcher.rigs()[1].is_used);
     CHECK(matcher.rigs()[1].verdict == Verdict::no_simulation_fits);
     matcher.reset();
   }
-  const auto above = seen_from(two.sensors[0], folded), below = seen_from(two.sensors[1], folded, 2);
+  const auto above = seen_from(two.sensors[0], other_shape), below = seen_from(two.sensors[1], other_shape, 2);
   CHECK(matcher.match(std::vector<Frame>{at(1, above), at(1, below)}).verdict == Verdict::no_simulation_fits);
+}
+
+// One stray point of a rig whose clock is ahead turned all other rigs off.
+TEST_CASE("a frame that no simulation explains, with a later stamp, leaves the others in use") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = positions_of(two.model, 12);
+  const auto above = seen_from(two.sensors[0], positions), other = seen_from(two.sensors[1], folded(), 2);
+  const std::vector<Point> stray{other.front()};
+  for (const std::span<const Point> ahead : {std::span<const Point>(other), std::span<const Point>(stray)}) {
+    matcher.reset();
+    const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1001, ahead)});
+    CHECK(matcher.rigs()[0].is_used);
+    CHECK(distance(two.model, result, positions) < 1e-3);
+  }
+}
+
+// One stray point had the verdict "no simulation fits".
+TEST_CASE("a few points are no evidence and bound no error") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const auto above = seen_from(two.sensors[0], positions_of(two.model, 12));
+  for (const std::size_t points : {1u, 5u, 30u}) {
+    CAPTURE(points);
+    matcher.reset();
+    const MatchResult result = matcher.match(std::vector<Frame>{at(1, std::span(above).first(points)), {}});
+    CHECK(result.verdict == Verdict::unknown);
+    CHECK(std::isnan(result.fit.error_90));
+  }
 }
 
 // The second rig sees the next state; without the stamps, the shape would be one between the two.
@@ -223,24 +273,73 @@ TEST_CASE("an offset of a rig's clock is taken from its stamps") {
   CHECK_FALSE(matcher.rigs()[1].is_used);
   Frame extreme = at(3, below);
   extreme.stamp_ns = std::numeric_limits<std::int64_t>::min();
-  (void)matcher.match(std::vector<Frame>{at(3, above), extreme});  // wraps around, without an overflow
-  CHECK(matcher.rigs().size() == 2);
+  const MatchResult result = matcher.match(std::vector<Frame>{extreme, at(3, below)});
+  CHECK_FALSE(matcher.rigs()[0].is_used);  // the second one's clock is five seconds behind, but later than that
+  CHECK(result.stamp_ns == 3'000'000 - 5'000'000'000);
+  extreme.points = below;
+  CHECK(matcher.match(std::vector<Frame>{{}, extreme}).stamp_ns > 0);  // wraps around
 }
 
-TEST_CASE("in two steps a capture gives the same as in one") {
+TEST_CASE("in two steps, by two threads, a capture gives the same as in one") {
   const TwoRigs two;
   RigMatcher one_step = two.matcher(), two_steps = two.matcher();
   for (std::uint32_t sample = 8; sample < 16; ++sample) {
     const std::vector<float> positions = positions_of(two.model, sample);
     const auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
     const MatchResult expected = one_step.match(std::vector<Frame>{at(sample, above), at(sample, below)});
-    two_steps.match_alone(1, at(sample, below));
+    two_steps.match_alone(0, at(sample, below));  // replaced by the next one
+    std::thread second([&] { two_steps.match_alone(1, at(sample, below)); });
     two_steps.match_alone(0, at(sample, above));
+    second.join();
     two_steps.match_alone(2, at(sample, above));  // no such rig
     const MatchResult result = two_steps.combine();
     CHECK(result.fit.residual == expected.fit.residual);
     CHECK(std::ranges::equal(result.coefficients, expected.coefficients));
   }
+}
+
+TEST_CASE("each rig's pose error is found and corrected; one frame is one measurement") {
+  PosedRigs two;
+  RigMatcher matcher(two.model, fit_config(), two.rigs);
+  const std::vector<float> positions = positions_of(two.model, 3);
+  const auto above = seen_from(two.sensors[0], positions);
+  auto below = seen_from(two.sensors[1], positions, 2);
+  for (Point& p : below) p = {p.x + 3, p.y - 3, p.z + 2};  // along the axes of the reference
+  MatchResult result;
+  for (int frame = 0; frame < 6; ++frame)
+    result = matcher.match(std::vector<Frame>{at(0.1 * frame, above), at(0.1 * frame, below)});
+  CHECK(distance(two.model, result, positions) < 1e-3);
+  CHECK(matcher.rigs()[0].pose_shift < 0.5f);
+  CHECK(std::abs(matcher.rigs()[1].pose_shift - std::sqrt(22.0f)) < 0.5f);
+  const RigidTransform correction = matcher.pose_correction(1);
+  CHECK(std::abs(correction[11] + 2) < 0.5f);  // depth is known best
+
+  RigMatcher once(two.model, fit_config(), two.rigs), twice(two.model, fit_config(), two.rigs);
+  once.match_alone(0, at(0, above));
+  for (int i = 0; i < 2; ++i) twice.match_alone(0, at(0, above));
+  (void)once.combine();
+  (void)twice.combine();
+  CHECK(twice.rigs()[0].pose_shift == once.rigs()[0].pose_shift);
+  CHECK(twice.rigs()[0].pose_shift_sd == once.rigs()[0].pose_shift_sd);
+}
+
+// The frames before reset() entered the next test, with their pose.
+TEST_CASE("a reset between the two steps forgets the frames and the poses") {
+  PosedRigs two;
+  RigMatcher matcher(two.model, fit_config(), two.rigs);
+  const std::vector<float> positions = positions_of(two.model, 3);
+  auto above = seen_from(two.sensors[0], positions);
+  for (Point& p : above) p.x += 4;
+  (void)matcher.match(std::vector<Frame>{at(1, above), {}});
+  REQUIRE(matcher.pose_correction(0) != identity_transform);
+  matcher.match_alone(0, at(2, above));
+  matcher.reset();
+  const MatchResult result = matcher.combine();
+  CHECK(result.status == Status::empty_frame);
+  CHECK(result.frame_id == 0);
+  CHECK(result.stamp_ns == 0);
+  CHECK(matcher.pose_correction(0) == identity_transform);
+  CHECK(RigMatcher(two.model, fit_config(), two.rigs).combine().status == Status::empty_frame);  // without any frame
 }
 
 // What hides most of one rig's view must not move the estimate: the other rig shows it.

@@ -15,10 +15,10 @@ namespace lbea {
 struct Rig {
   RigidTransform T_reference_sensor = identity_transform;
   SensorViews views{};               // rendered for this pose; empty: those baked into the model
-  std::int64_t clock_offset_ns = 0;  // is added to the stamps of its frames, so that they are those of the first rig
+  std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of a common clock
 };
 
-/// What a rig's frame says alone.
+/// What a rig's frame says alone; the numbers of the pose are by the frames of all rigs.
 struct RigResult : FitNumbers, FrameNumbers {
   Status status = Status::empty_frame;  // also if the rig has no frame in the capture
   Verdict verdict = Verdict::unknown;
@@ -37,21 +37,22 @@ class LBEA_API RigMatcher {
   RigMatcher& operator=(RigMatcher&&) noexcept;
 
   /// frames: one per rig, in their order, captured at nearly the same time: those more than a tenth of a simulation's
-  /// duration older than the latest one are not used. Without points: the rig has none. The
-  /// result is for the time of the first frame that it rests on. Frames that no simulation explains count only if none
-  /// of the others is explained. coverage: of the surface that the rigs in use see; the pose's numbers are those of
-  /// rigs(). Real-time safe.
+  /// duration older than the latest one are not used. Without points: the rig has none. The result is for the time of
+  /// the first frame that it rests on. Frames that no simulation explains count only if none of the others is
+  /// explained; if such a frame shows half of the component or more, the verdict is unknown and no error is bounded.
+  /// The limits and bounds are those that the bakes have learned for single rigs. coverage: of the surface that the
+  /// rigs in use see; the pose's numbers are those of rigs(). Real-time safe.
   [[nodiscard]] MatchResult match(std::span<const Frame> frames) noexcept;
-  /// The same in two steps: the first one for each rig with a frame, by several threads if one likes, then the second.
-  /// The points must remain valid until then.
+  /// The same in two steps: the first one for each rig with a frame, which different threads may do at the same time;
+  /// then the second. Points must remain valid until then. Of several frames of a rig, the last one counts.
   void match_alone(std::size_t rig, const Frame& frame) noexcept;
   [[nodiscard]] MatchResult combine() noexcept;
   /// Of the last capture.
   [[nodiscard]] std::span<const RigResult> rigs() const noexcept;
 
-  /// The poses are exact: their errors are neither estimated nor corrected.
+  /// The poses are exact: their errors are neither estimated nor corrected. Call it between captures.
   void fix_poses() noexcept;
-  /// The stamp of the impact by the first rig's clock is known, also for later tests.
+  /// The stamp of the impact, by the clock that the offsets lead to, is known, also for later tests.
   void set_impact(std::int64_t stamp_ns) noexcept;
   /// The motion that corrects a rig's frames, in reference coordinates, after T_reference_sensor.
   [[nodiscard]] RigidTransform pose_correction(std::size_t rig) const noexcept;

@@ -62,6 +62,12 @@ void CandidateWeights::set_plausibilities() noexcept {
                          [&](const Match& one) { return plausibility(one.distance); });
 }
 
+Verdict CandidateWeights::verdict(float misfit, float limit, std::span<const float> from_best) const noexcept {
+  if (misfit > limit) return Verdict::no_simulation_fits;
+  return are_several_plausible(from_best) ? Verdict::ambiguous : Verdict::matched;
+}
+
+/// Whether a candidate of another simulation than the best one explains the frame by a clearly different shape.
 bool CandidateWeights::are_several_plausible(std::span<const float> from_best) const noexcept {
   constexpr float clearly_plausible = 0.5f;  // relative to the best candidate's plausibility
   constexpr float clearly_different = 1.5f;  // relative to its residual

@@ -34,8 +34,7 @@ class CandidateWeights {
     }
     return sum / all;
   }
-  /// Whether a candidate of another simulation than the best one explains the frame by a clearly different shape.
-  [[nodiscard]] bool are_several_plausible(std::span<const float> from_best) const noexcept;
+  [[nodiscard]] Verdict verdict(float misfit, float limit, std::span<const float> from_best) const noexcept;
   /// Of the times of the samples that are plausible by the frame alone, s^2.
   [[nodiscard]] double time_variance() const noexcept { return time_variance_; }
 
@@ -43,6 +42,7 @@ class CandidateWeights {
   void rank(std::span<const float> from_estimate, SurfaceFit& result) noexcept;
   void set_spread(std::span<const float> alone, const ShapeEstimate& estimate, SurfaceFit& result) noexcept;
   void set_plausibilities() noexcept;
+  [[nodiscard]] bool are_several_plausible(std::span<const float> from_best) const noexcept;
 
   const ModelView& model_;
   FitSettings settings_;

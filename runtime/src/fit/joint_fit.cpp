@@ -9,6 +9,7 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       regression_(regression),
       settings_(settings),
       noise_(square(noise)),
+      runs_(samples_of_runs(model.samples.size(), [&](std::size_t s) { return model.samples[s][0]; })),
       proposed_(std::min<std::size_t>(rigs * settings.proposals, model.info.samples)),
       proposed_in_(model.info.samples),
       promising_(DepthRanking::most_promising),
@@ -182,31 +183,31 @@ void JointFitter::add_earlier(const RigEvidence& rig, float weight) noexcept {
   }
 }
 
-/// As SurfaceFitter, with means over the cells of all images. The rigs' limits are those of single images.
+/// As SurfaceFitter, with means over the cells of all images; so are the limit and the bound, which the bakes have
+/// learned for single images.
 void JointFitter::judge(SurfaceFit& result) noexcept {
   const std::uint32_t best = best_.ranked()[weights_.best_alone()].sample;
-  float squares = 0, expected = 0, cells = 0, limit = 0, per_spread = 0, shown = 0;
+  float squares = 0, expected = 0, limit = 0, shown = 0, per_spread = 0, bounded = 0;
   bool gives_verdicts = true;
   for (const auto& [fitter, later_s] : rigs_) {
-    const float weight = fitter->residuals().filled();
-    squares += weight * fitter->judged_square(nearest_at(best, later_s));
-    expected += weight * weights_.plausible_mean([&, of = fitter, later = later_s](std::uint32_t sample) {
+    const float share = fitter->residuals().filled() / cells_;
+    squares += share * fitter->judged_square(nearest_at(best, later_s));
+    expected += share * weights_.plausible_mean([&, of = fitter, later = later_s](std::uint32_t sample) {
       return square(of->views().expected_residual(nearest_at(sample, later)));
     });
-    cells += weight;
-    limit = std::max(limit, fitter->images().misfit_limit);
-    if (fitter->is_hidden() == is_hidden_) per_spread = std::max(per_spread, fitter->error_per_spread());
-    shown += weight * std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);
+    limit += share * fitter->images().misfit_limit;
+    shown += share * std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);
     gives_verdicts = gives_verdicts && fitter->gives_verdicts();
+    if (fitter->is_hidden() != is_hidden_) continue;
+    per_spread += share * fitter->error_per_spread();
+    bounded += share;
   }
-  shown_share_ = shown / cells;
+  shown_share_ = shown;
   verdict_ = Verdict::unknown;
-  if (!gives_verdicts) return;
-  if (per_spread > 0) result.error_90 = per_spread * result.spread;
-  result.misfit = std::sqrt((squares / cells + noise_) / (expected / cells + noise_));
-  verdict_ = result.misfit > limit                                   ? Verdict::no_simulation_fits
-             : weights_.are_several_plausible(estimate_.from_best()) ? Verdict::ambiguous
-                                                                     : Verdict::matched;
+  if (!gives_verdicts || shown < least_judged) return;
+  if (per_spread > 0 && (shown >= least_bounded || !is_hidden_)) result.error_90 = per_spread / bounded * result.spread;
+  result.misfit = std::sqrt((squares + noise_) / (expected + noise_));
+  verdict_ = weights_.verdict(result.misfit, limit, estimate_.from_best());
 }
 
 /// Of the sample's simulation, the state nearest to a later time.
@@ -217,16 +218,10 @@ std::uint32_t JointFitter::nearest_at(std::uint32_t sample, double later_s) cons
 
 StateBetween JointFitter::state_at(std::uint32_t sample, double later_s) const noexcept {
   if (later_s == 0 || model_.sample_times.empty()) return {sample, sample, 0};
-  const auto times = model_.sample_times;
-  const double time = times[sample] + later_s;
-  const auto is_same = [&](std::uint32_t other) {
-    return other < times.size() && model_.samples[other][0] == model_.samples[sample][0];
-  };
-  std::uint32_t before = sample;
-  while (times[before] > time && is_same(before - 1)) --before;  // 0 - 1: beyond the last sample
-  while (is_same(before + 1) && times[before + 1] <= time) ++before;
-  if (!is_same(before + 1) || times[before] >= time) return {before, before, 0};
-  return {before, before + 1, static_cast<float>((time - times[before]) / (times[before + 1] - times[before]))};
+  const auto after = std::ranges::upper_bound(runs_, std::size_t{sample}, {}, &RunSamples::first);
+  const auto [before, share] = (after - 1)->place_of(model_.sample_times, model_.sample_times[sample] + later_s);
+  const auto state = static_cast<std::uint32_t>(before);
+  return {state, state + (share > 0 ? 1 : 0), static_cast<float>(share)};
 }
 
 }  // namespace lbea

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "runtime/src/fit/surface_fit.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 namespace lbea {
 
@@ -54,6 +55,7 @@ class JointFitter {
   ShapeRegression regression_;
   FitSettings settings_;
   float noise_;  // squared length unit
+  std::vector<RunSamples> runs_;
   std::span<const RigEvidence> rigs_;
   bool is_hidden_ = false;  // of every rig
   std::vector<RankedSample> proposed_;

@@ -236,11 +236,10 @@ bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double tim
 }
 
 void PoseFilter::reconsider(const PoseFilter& before) noexcept {
-  const PoseMotion pose = moved_;
-  const std::optional<std::int64_t> stamp_ns = stamp_ns_;
-  *this = before;
-  begin_frame(*stamp_ns);
-  moved_ = pose;
+  PoseFilter without = before;
+  if (stamp_ns_) without.begin_frame(*stamp_ns_);
+  test_ = without.test_;
+  unexplained_ = without.unexplained_;
 }
 
 bool PoseFilter::go_back() noexcept {

@@ -89,7 +89,7 @@ class PoseFilter {
   /// the frame should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a
   /// simulation fits the frame; others do not change the pose. time_s: that the frame shows, since the impact.
   bool move(const PoseBelief& posterior, bool is_explained = true, double time_s = 0) noexcept;
-  /// Forgets what the frame has said so far: `before` is the filter as it was before the frame. The pose remains.
+  /// Forgets what the frame has said so far, but not its pose and passes. before: the filter before the frame.
   void reconsider(const PoseFilter& before) noexcept;
   /// The frame has no points at this pose. Goes back to that of the frames before or, if it is that one, to none, which
   /// is kept if the frame is matched there. False when there is no other pose.

@@ -136,17 +136,13 @@ void SurfaceFitter::add_times(StageTimes& times) const noexcept {
 void SurfaceFitter::judge(SurfaceFit& result) noexcept {
   verdict_ = Verdict::unknown;
   error_90_ = std::numeric_limits<float>::quiet_NaN();
-  constexpr float least_judged = 0.1f;   // a few stray points are no evidence for or against the samples
-  constexpr float least_bounded = 0.5f;  // the bake learns the errors of frames of which a third is hidden
   const float shown = shown_share(search_.sample(0));
   if (!has_expectation_ || shown < least_judged) return;
   const DepthImages& images = *views_.data();
   if (error_per_spread() > 0) error_90_ = error_per_spread() * result.spread;
   if (shown >= least_bounded || !is_hidden()) result.error_90 = error_90_;
   set_misfit(result);
-  verdict_ = result.misfit > images.misfit_limit                     ? Verdict::no_simulation_fits
-             : weights_.are_several_plausible(estimate_.from_best()) ? Verdict::ambiguous
-                                                                     : Verdict::matched;
+  verdict_ = weights_.verdict(result.misfit, images.misfit_limit, estimate_.from_best());
 }
 
 float SurfaceFitter::shown_share(std::uint32_t sample) const noexcept {

@@ -9,6 +9,12 @@
 
 namespace lbea {
 
+/// A few stray points are no evidence for or against the samples: share of the component that a frame must show.
+inline constexpr float least_judged = 0.1f;
+/// The same for a bound of the error, where something hides a part: the bake learns the errors of frames of which a
+/// third is hidden.
+inline constexpr float least_bounded = 0.5f;
+
 class SurfaceFitter {
  public:
   /// most_compared: candidates of a JointFitter. Allocates all memory.

@@ -15,6 +15,13 @@ std::int64_t sum(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
 
+void add(const PointTally& of_rig, PointTally& points) noexcept {
+  points.received += of_rig.received;
+  points.invalid += of_rig.invalid;
+  points.culled += of_rig.culled;
+  points.used += of_rig.used;
+}
+
 MatcherConfig config_of(const Rig& rig, MatcherConfig config) {
   config.method = Method::fit;
   config.T_reference_sensor = rig.T_reference_sensor;
@@ -51,6 +58,13 @@ struct RigMatcher::State {
   [[nodiscard]] bool begin_capture(MatchResult& result) noexcept;
   [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
   [[nodiscard]] bool move_poses() noexcept;
+  [[nodiscard]] bool may_be_undeformed() const noexcept;
+  [[nodiscard]] bool is_contradicted() const noexcept;
+  /// Forgets the frames since the last capture.
+  void begin_capture_anew() noexcept {
+    std::ranges::fill(captures, Capture{});
+    std::ranges::fill(results, RigResult{});
+  }
   [[nodiscard]] bool is_explained(std::size_t rig) const noexcept {
     return is_indexed(rig) && fitter_of(rig).is_explained();
   }
@@ -62,11 +76,11 @@ struct RigMatcher::State {
 
   struct Capture {
     std::uint64_t frame_id = 0;
-    std::int64_t stamp_ns = 0;  // by the first rig's clock
+    std::int64_t stamp_ns = 0;  // by the common clock
     std::span<const Point> points{};
     bool has_frame = false;
-    bool is_reconsidered = false;  // its pose, by the frames of all rigs
-    std::size_t place = 0;         // in the evidence
+    std::size_t place = 0;  // in the evidence
+    StageTimes times{};     // of the frame alone
   };
 
   std::vector<SensorViews> views;
@@ -103,15 +117,19 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
 void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
   Matcher::State& matcher = *matchers[rig];
   frame.stamp_ns = sum(frame.stamp_ns, offsets_ns[rig]);
+  if (captures[rig].has_frame)
+    histories[rig].pose = poses_before[rig];  // another frame of the rig in the same capture: the last one counts
+  else
+    poses_before[rig] = histories[rig].pose;
   captures[rig] = {frame.id, frame.stamp_ns, frame.points, true};
   MatchResult alone;
-  poses_before[rig] = histories[rig].pose;
   matcher.begin_frame(frame, &histories[rig]);
   bool is_indexed = false;
   do {
     is_indexed = matcher.index_points(frame, alone);
     if (is_indexed) matcher.fit(alone);
   } while (is_indexed && matcher.move_pose(alone));
+  captures[rig].times = alone.elapsed_ns;
   results[rig] = {alone.fit, {}, alone.status, Verdict::unknown, alone.points, false};
   if (!is_indexed) return;
   const float shown = matcher.fitter->shown_share(matcher.fitter->search().sample(0));
@@ -125,8 +143,12 @@ MatchResult RigMatcher::State::combine() noexcept {
   result.status = Status::empty_frame;
   choose_evidence(result);
   if (used == 0) return result;
-  const FrameExpectation expected = histories[lead].expectation();
+  Stopwatch watch;
+  FrameExpectation expected = histories[lead].expectation();
+  if (expected.is_first && !may_be_undeformed()) expected.latest = {};
   do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
+  if (is_contradicted()) result.fit.error_90 = FitNumbers{}.error_90;
+  result.elapsed_ns.fit += watch.lap_ns();
   result.coverage = fitter.shown_share();
   result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
   remember(result);
@@ -140,7 +162,7 @@ bool RigMatcher::State::move_poses() noexcept {
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
     Matcher::State& matcher = *matchers[rig];
     if (!results[rig].is_used || matcher.pose == nullptr) continue;
-    if (!std::exchange(captures[rig].is_reconsidered, true)) matcher.pose->reconsider(poses_before[rig]);
+    matcher.pose->reconsider(poses_before[rig]);  // a frame is one measurement, however often it is matched
     const double since_impact = fitter.time().mean_s - histories[rig].impact_s;
     const PoseBelief posterior = fitter.pose_of(evidence[captures[rig].place], matcher.pose->prior());
     if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact)) continue;
@@ -152,14 +174,30 @@ bool RigMatcher::State::move_poses() noexcept {
   return has_moved;
 }
 
+bool RigMatcher::State::may_be_undeformed() const noexcept {
+  return std::ranges::any_of(std::span(evidence).first(used),
+                             [](const RigEvidence& rig) { return rig.fitter->search().may_be_undeformed(); });
+}
+
+/// Whether a rig that shows enough of the component, and on which the result does not rest, says that no simulation
+/// fits: it may see another component, or a deformation that the others do not see.
+bool RigMatcher::State::is_contradicted() const noexcept {
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
+    const RigResult& alone = results[rig];
+    if (!alone.is_used && is_in_time(rig) && alone.verdict == Verdict::no_simulation_fits &&
+        alone.coverage >= least_bounded)
+      return true;
+  }
+  return false;
+}
+
 /// Frames that no simulation explains are evidence only if no other is: they show another component, or what hides
 /// this one. Nor are frames of another time than the latest one.
 void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   const bool any_explained = begin_capture(result);
-  const auto counts = [&](std::size_t rig) { return any_explained ? is_explained(rig) : is_indexed(rig); };
   used = 0;
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
-    results[rig].is_used = counts(rig) && is_in_time(rig);
+    results[rig].is_used = (any_explained ? is_explained(rig) : is_indexed(rig)) && is_in_time(rig);
     if (!results[rig].is_used) continue;
     if (used == 0) lead = rig;
     captures[rig].place = used;
@@ -169,22 +207,26 @@ void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   result.stamp_ns = captures[lead].stamp_ns;
 }
 
-/// Adds up the points, and returns whether a simulation explains any frame that is in time.
+/// Adds up points and times, and returns whether a simulation explains any frame. The latest of such frames, or of all
+/// if there are none, tells the time.
 bool RigMatcher::State::begin_capture(MatchResult& result) noexcept {
-  bool any = false;
-  latest_ns = std::numeric_limits<std::int64_t>::min();
-  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
-    if (!std::exchange(captures[rig].has_frame, false)) results[rig] = {};
-    const RigResult& alone = results[rig];
-    if (is_indexed(rig)) latest_ns = std::max(latest_ns, captures[rig].stamp_ns);
-    if (alone.status == Status::too_many_points) result.status = alone.status;
-    result.points.received += alone.points.received;
-    result.points.invalid += alone.points.invalid;
-    result.points.culled += alone.points.culled;
-    result.points.used += alone.points.used;
+  for (std::size_t rig = matchers.size(); rig-- > 0;) {
+    if (captures[rig].has_frame)
+      lead = rig;
+    else
+      captures[rig] = {}, results[rig] = {};
+    captures[rig].has_frame = false;
+    if (results[rig].status == Status::too_many_points) result.status = Status::too_many_points;
+    add(results[rig].points, result.points);
+    result.elapsed_ns.index += captures[rig].times.index;
+    result.elapsed_ns.fit += captures[rig].times.fit;
   }
-  for (std::size_t rig = 0; rig < matchers.size(); ++rig) any = any || (is_explained(rig) && is_in_time(rig));
-  return any;
+  bool any_explained = false;
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) any_explained = any_explained || is_explained(rig);
+  latest_ns = std::numeric_limits<std::int64_t>::min();
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig)
+    if (any_explained ? is_explained(rig) : is_indexed(rig)) latest_ns = std::max(latest_ns, captures[rig].stamp_ns);
+  return any_explained;
 }
 
 bool RigMatcher::State::is_in_time(std::size_t rig) const noexcept {
@@ -192,10 +234,11 @@ bool RigMatcher::State::is_in_time(std::size_t rig) const noexcept {
 }
 
 void RigMatcher::State::remember(MatchResult& result) noexcept {
-  const bool is_evidence = result.status == Status::ok && fitter.is_explained();
+  const bool is_evidence = result.status == Status::ok && fitter.is_explained() && !is_contradicted();
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
     if (results[rig].is_used) histories[rig].see(fitter_of(rig));
     if (results[rig].is_used && matchers[rig]->pose != nullptr) matchers[rig]->pose->write(results[rig]);
+    if (fitter.verdict() != Verdict::unknown) histories[rig].begin(result.stamp_ns, may_be_undeformed());
     if (is_evidence)
       histories[rig].add(shape_shown(result.stamp_ns, fitter.estimate(), result.fit.error_90, result.fit.spread),
                          fitter.time());
@@ -209,9 +252,10 @@ void RigMatcher::State::publish(MatchResult& result) noexcept {
   matcher.combine_coefficients(result.fit.estimate);
   matcher.publish_coefficients(result);
   matcher.publish_matches(fitter.matches(), result);
-  if (result.status == Status::ok || fitter.verdict() == Verdict::no_simulation_fits) result.verdict = fitter.verdict();
-  result.channels =
-      matcher.channels.of_fit(result.fit, fitter.is_hidden(), matcher.has_baked_pose && fitter.is_explained());
+  const bool is_sure = result.status == Status::ok && !is_contradicted();
+  if (is_sure || fitter.verdict() == Verdict::no_simulation_fits) result.verdict = fitter.verdict();
+  const bool is_bounded = matchers.front()->has_baked_pose && fitter.is_explained() && !is_contradicted();
+  result.channels = matcher.channels.of_fit(result.fit, fitter.is_hidden(), is_bounded);
 }
 
 RigMatcher::RigMatcher(Model model, const MatcherConfig& config, const std::vector<Rig>& rigs) {
@@ -225,7 +269,8 @@ RigMatcher::RigMatcher(Model model, const MatcherConfig& config, const std::vect
   }
   state_ = std::make_unique<State>(model, config, rigs);
   for (std::size_t rig = 0; rig < rigs.size(); ++rig)
-    require(state_->fitter_of(rig).search().proposes(), rig, "the ensemble has too many samples for several rigs");
+    require(state_->fitter_of(rig).search().proposes(), rig,
+            "the model has too many samples for several rigs; match the first rig's frames by Matcher");
 }
 RigMatcher::~RigMatcher() = default;
 RigMatcher::RigMatcher(RigMatcher&&) noexcept = default;
@@ -246,6 +291,7 @@ void RigMatcher::fix_poses() noexcept {
     history.estimates_pose = false;
     history.pose.reset();
   }
+  state_->begin_capture_anew();
 }
 void RigMatcher::set_impact(std::int64_t stamp_ns) noexcept {
   for (HistoryState& history : state_->histories) history.clock.set_impact(stamp_ns);
@@ -255,6 +301,7 @@ RigidTransform RigMatcher::pose_correction(std::size_t rig) const noexcept {
 }
 void RigMatcher::reset() noexcept {
   for (HistoryState& history : state_->histories) history.reset();
+  state_->begin_capture_anew();
 }
 const Model& RigMatcher::model() const noexcept { return state_->matchers.front()->model; }
 
