@@ -143,9 +143,10 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
   app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
       ->required();
-  app.add_option("--rig", arguments.more_rigs,
-                 "sensor.json of another rig, whose frames are fitted together with those of --sensor; repeatable")
-      ->default_text("");
+  auto* rig = app.add_option("--rig", arguments.more_rigs,
+                             "sensor.json of another rig, whose frames are fitted together with those of --sensor; "
+                             "repeatable")
+                  ->default_text("");
   app.add_option("-o,--out", arguments.out,
                  "folder for tables.md, summary.json, frames.csv, view.csv, worst.csv, worst/")
       ->required();
@@ -163,10 +164,12 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_flag("--known-impact", arguments.plan.trial.knows_impact,
                "do not estimate the time of impact, as lbea-serve with --trigger-ns");
   app.add_flag("--frames-alone", arguments.plan.trial.frames_alone,
-               "match each frame without what the earlier ones of its test have shown");
+               "match each frame without what the earlier ones of its test have shown")
+      ->excludes(rig);
   declare_disturbance(app, arguments.own);
   app.add_flag("--first-rig-alone", arguments.plan.trial.disturbs_first_rig_alone,
                "the frames of the rigs given by --rig are not disturbed")
+      ->needs(rig)
       ->group("An additional round of disturbed frames");
   declare_rounds(app, arguments.plan);
   app.add_flag("--meshes", arguments.meshes,

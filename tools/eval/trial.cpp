@@ -70,7 +70,6 @@ class Test {
         history_(model_),
         box_(box_of_samples(model_)) {
     config_.T_reference_sensor = settings.sensor.sensor.T_reference_sensor;
-    config_.max_points = settings.sensor.sensor.width_px * settings.sensor.sensor.height_px;
     add_rig(settings.sensor, settings.disturbance);
     for (const io::SensorDescription& rig : settings.more_rigs)
       add_rig(rig, settings.disturbs_first_rig_alone ? Disturbance{} : settings.disturbance);
@@ -110,6 +109,8 @@ class Test {
 
  private:
   void add_rig(const io::SensorDescription& rig, const Disturbance& disturbance) {
+    const std::uint32_t pixels = rig.sensor.width_px * rig.sensor.height_px;
+    config_.max_points = rigs_.empty() ? pixels : std::max(config_.max_points, pixels);
     rigs_.push_back({bake::VirtualSensor(rig.sensor, reader_->mesh().nodes(), reader_->mesh().elements),
                      tool::disturbed(rig.noise, disturbance), rig.sensor.T_reference_sensor});
   }
