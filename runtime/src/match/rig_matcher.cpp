@@ -1,13 +1,9 @@
 // The frames of several rigs, each by the steps of Matcher, then together.
-#include "runtime/src/fit/joint_fit.hpp"
-#include "runtime/src/match/matcher.hpp"
-
-#include <lbea/rigs.hpp>
+#include "runtime/src/match/rig_matcher.hpp"
 
 namespace lbea {
 namespace {
 
-constexpr std::size_t most_rigs = 16;
 constexpr double most_apart = 0.1;  // durations of a simulation: frames farther from the latest one are of another time
 
 /// Of stamps; wraps around.
@@ -22,97 +18,7 @@ void add(const PointTally& of_rig, PointTally& points) noexcept {
   points.used += of_rig.used;
 }
 
-MatcherConfig config_of(const Rig& rig, MatcherConfig config) {
-  config.method = Method::fit;
-  config.T_reference_sensor = rig.T_reference_sensor;
-  return config;
-}
-
-void require(bool holds, std::size_t rig, const std::string& sentence) {
-  if (!holds) throw Error(Status::bad_config, "rig " + std::to_string(rig + 1) + ": " + sentence);
-}
-
-/// The regression of all rigs' images. Throws if they are not those of the same samples.
-const ShapeRegression& common_regression(const std::vector<SensorViews>& views) {
-  const ShapeRegression& first = views.front().data()->regression;
-  for (std::size_t rig = 1; rig < views.size(); ++rig)
-    require(std::ranges::equal(views[rig].data()->regression.shapes, first.shapes), rig,
-            "its depth images are not those of the same model as the first rig's; render them for the model");
-  return first;
-}
-
-std::vector<SensorViews> views_of(const std::vector<Rig>& rigs, const Model& model) {
-  std::vector<SensorViews> views;
-  for (const Rig& rig : rigs) views.push_back(rig.views.empty() ? SensorViews::baked_into(model) : rig.views);
-  return views;
-}
-
 }  // namespace
-
-struct RigMatcher::State {
-  State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs);
-
-  void match_alone(std::size_t rig, Frame frame) noexcept;
-  [[nodiscard]] MatchResult combine() noexcept;
-  void choose_evidence(MatchResult& result) noexcept;
-  [[nodiscard]] bool begin_capture(MatchResult& result) noexcept;
-  [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
-  [[nodiscard]] bool move_poses() noexcept;
-  [[nodiscard]] bool may_be_undeformed() const noexcept;
-  [[nodiscard]] bool is_contradicted() const noexcept;
-  /// Forgets the frames since the last capture.
-  void begin_capture_anew() noexcept {
-    std::ranges::fill(captures, Capture{});
-    std::ranges::fill(results, RigResult{});
-  }
-  [[nodiscard]] bool is_explained(std::size_t rig) const noexcept {
-    return is_indexed(rig) && fitter_of(rig).is_explained();
-  }
-  /// Whether its frame has points on the component.
-  [[nodiscard]] bool is_indexed(std::size_t rig) const noexcept { return results[rig].points.used > 0; }
-  [[nodiscard]] SurfaceFitter& fitter_of(std::size_t rig) const noexcept { return *matchers[rig]->fitter; }
-  void remember(MatchResult& result) noexcept;
-  void publish(MatchResult& result) noexcept;
-
-  struct Capture {
-    std::uint64_t frame_id = 0;
-    std::int64_t stamp_ns = 0;  // by the common clock
-    std::span<const Point> points{};
-    bool has_frame = false;
-    std::size_t place = 0;  // in the evidence
-    StageTimes times{};     // of the frame alone
-  };
-
-  std::vector<SensorViews> views;
-  std::vector<std::unique_ptr<Matcher::State>> matchers;  // per rig, as the next four
-  std::vector<HistoryState> histories;
-  std::vector<PoseFilter> poses_before;  // the frame
-  std::vector<Capture> captures;
-  std::vector<RigResult> results;
-  std::vector<std::int64_t> offsets_ns;
-  std::vector<RigEvidence> evidence;
-  double duration_s;               // of a simulation; 0: not known
-  std::int64_t latest_ns = 0;      // stamp of the capture's latest frame
-  std::size_t used = 0, lead = 0;  // number of rigs that the result rests on; the first of them
-  JointFitter fitter;
-};
-
-RigMatcher::State::State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs)
-    : views(views_of(rigs, model)),
-      captures(rigs.size()),
-      results(rigs.size()),
-      evidence(rigs.size()),
-      duration_s(EnsembleTimes::of(model.view()).duration_s),
-      fitter(model.view(), common_regression(views), views.front().data()->metric.mesh_noise, rigs.size(),
-             config.max_matches) {
-  for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
-    offsets_ns.push_back(rigs[rig].clock_offset_ns);
-    matchers.push_back(std::make_unique<Matcher::State>(model, config_of(rigs[rig], config), views[rig],
-                                                        FitSettings{}.joint_candidates));
-    histories.emplace_back(model.view(), units_per_mm(model.length_unit()), views[rig].data());
-    poses_before.push_back(histories.back().pose);
-  }
-}
 
 void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
   Matcher::State& matcher = *matchers[rig];
@@ -257,24 +163,6 @@ void RigMatcher::State::publish(MatchResult& result) noexcept {
   const bool is_bounded = matchers.front()->has_baked_pose && fitter.is_explained() && !is_contradicted();
   result.channels = matcher.channels.of_fit(result.fit, fitter.is_hidden(), is_bounded);
 }
-
-RigMatcher::RigMatcher(Model model, const MatcherConfig& config, const std::vector<Rig>& rigs) {
-  if (rigs.empty() || rigs.size() > most_rigs)
-    throw Error(Status::bad_config, std::to_string(rigs.size()) + " rigs; give 1 to " + std::to_string(most_rigs));
-  const SensorViews baked = SensorViews::baked_into(model);
-  for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
-    try {
-      check(config_of(rigs[rig], config), model.view(), rigs[rig].views.empty() ? baked : rigs[rig].views);
-    } catch (const Error& error) { throw Error(error.status, "rig " + std::to_string(rig + 1) + ": " + error.what()); }
-  }
-  state_ = std::make_unique<State>(model, config, rigs);
-  for (std::size_t rig = 0; rig < rigs.size(); ++rig)
-    require(state_->fitter_of(rig).search().proposes(), rig,
-            "the model has too many samples for several rigs; match the first rig's frames by Matcher");
-}
-RigMatcher::~RigMatcher() = default;
-RigMatcher::RigMatcher(RigMatcher&&) noexcept = default;
-RigMatcher& RigMatcher::operator=(RigMatcher&&) noexcept = default;
 
 MatchResult RigMatcher::match(std::span<const Frame> frames) noexcept {
   for (std::size_t rig = 0; rig < std::min(frames.size(), state_->matchers.size()); ++rig)

@@ -1,0 +1,59 @@
+// What a RigMatcher keeps between captures.
+#pragma once
+
+#include "runtime/src/fit/joint_fit.hpp"
+#include "runtime/src/match/matcher.hpp"
+
+#include <lbea/rigs.hpp>
+
+namespace lbea {
+
+struct RigMatcher::State {
+  State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs);
+
+  void match_alone(std::size_t rig, Frame frame) noexcept;
+  [[nodiscard]] MatchResult combine() noexcept;
+  void choose_evidence(MatchResult& result) noexcept;
+  [[nodiscard]] bool begin_capture(MatchResult& result) noexcept;
+  [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
+  [[nodiscard]] bool move_poses() noexcept;
+  [[nodiscard]] bool may_be_undeformed() const noexcept;
+  [[nodiscard]] bool is_contradicted() const noexcept;
+  /// Forgets the frames since the last capture.
+  void begin_capture_anew() noexcept {
+    std::ranges::fill(captures, Capture{});
+    std::ranges::fill(results, RigResult{});
+  }
+  [[nodiscard]] bool is_explained(std::size_t rig) const noexcept {
+    return is_indexed(rig) && fitter_of(rig).is_explained();
+  }
+  /// Whether its frame has points on the component.
+  [[nodiscard]] bool is_indexed(std::size_t rig) const noexcept { return results[rig].points.used > 0; }
+  [[nodiscard]] SurfaceFitter& fitter_of(std::size_t rig) const noexcept { return *matchers[rig]->fitter; }
+  void remember(MatchResult& result) noexcept;
+  void publish(MatchResult& result) noexcept;
+
+  struct Capture {
+    std::uint64_t frame_id = 0;
+    std::int64_t stamp_ns = 0;  // by the common clock
+    std::span<const Point> points{};
+    bool has_frame = false;
+    std::size_t place = 0;  // in the evidence
+    StageTimes times{};     // of the frame alone
+  };
+
+  std::vector<SensorViews> views;
+  std::vector<std::unique_ptr<Matcher::State>> matchers;  // per rig, as the next four
+  std::vector<HistoryState> histories;
+  std::vector<PoseFilter> poses_before;  // the frame
+  std::vector<Capture> captures;
+  std::vector<RigResult> results;
+  std::vector<std::int64_t> offsets_ns;
+  std::vector<RigEvidence> evidence;
+  double duration_s;               // of a simulation; 0: not known
+  std::int64_t latest_ns = 0;      // stamp of the capture's latest frame
+  std::size_t used = 0, lead = 0;  // number of rigs that the result rests on; the first of them
+  JointFitter fitter;
+};
+
+}  // namespace lbea
