@@ -97,13 +97,18 @@ bool RigMatcher::State::is_contradicted() const noexcept {
   return false;
 }
 
-/// Frames that no simulation explains are evidence only if no other is: they show another component, or what hides
-/// this one. Nor are frames of another time than the latest one.
+/// Frames that no simulation explains are evidence only if no explained one shows nearly as much: they show another
+/// component, or what hides this one. Nor are frames of another time than the latest one.
 void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
-  const bool any_explained = begin_capture(result);
+  constexpr float nearly = 0.8f;
+  begin_capture(result);
+  float shown = 0;  // by explained frames
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig)
+    if (is_explained(rig) && is_in_time(rig)) shown = std::max(shown, results[rig].coverage);
   used = 0;
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
-    results[rig].is_used = (any_explained ? is_explained(rig) : is_indexed(rig)) && is_in_time(rig);
+    const bool counts = is_explained(rig) || (is_indexed(rig) && nearly * results[rig].coverage >= shown);
+    results[rig].is_used = counts && is_in_time(rig);
     if (!results[rig].is_used) continue;
     if (used == 0) lead = rig;
     captures[rig].place = used;
@@ -113,9 +118,9 @@ void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   result.stamp_ns = captures[lead].stamp_ns;
 }
 
-/// Adds up points and times, and returns whether a simulation explains any frame. The latest of such frames, or of all
-/// if there are none, tells the time.
-bool RigMatcher::State::begin_capture(MatchResult& result) noexcept {
+/// Adds up points and times. The latest of the frames that a simulation explains, or of all if there are none, tells
+/// the time.
+void RigMatcher::State::begin_capture(MatchResult& result) noexcept {
   for (std::size_t rig = matchers.size(); rig-- > 0;) {
     if (captures[rig].has_frame)
       lead = rig;
@@ -132,7 +137,6 @@ bool RigMatcher::State::begin_capture(MatchResult& result) noexcept {
   latest_ns = std::numeric_limits<std::int64_t>::min();
   for (std::size_t rig = 0; rig < matchers.size(); ++rig)
     if (any_explained ? is_explained(rig) : is_indexed(rig)) latest_ns = std::max(latest_ns, captures[rig].stamp_ns);
-  return any_explained;
 }
 
 bool RigMatcher::State::is_in_time(std::size_t rig) const noexcept {

@@ -14,7 +14,7 @@ struct RigMatcher::State {
   void match_alone(std::size_t rig, Frame frame) noexcept;
   [[nodiscard]] MatchResult combine() noexcept;
   void choose_evidence(MatchResult& result) noexcept;
-  [[nodiscard]] bool begin_capture(MatchResult& result) noexcept;
+  void begin_capture(MatchResult& result) noexcept;
   [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
   [[nodiscard]] bool move_poses() noexcept;
   [[nodiscard]] bool may_be_undeformed() const noexcept;
