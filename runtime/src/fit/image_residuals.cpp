@@ -3,6 +3,11 @@
 #include <bit>
 
 namespace lbea {
+namespace {
+
+constexpr std::size_t line = 32;  // cells: with whole pairs of lanes, products are the same as with all cells
+
+}  // namespace
 
 [[gnu::cold]]  // compiled for size
 ImageResiduals::ImageResiduals(const DepthImages& images, CandidateSearch& search, std::size_t most)
@@ -62,7 +67,6 @@ float ImageResiduals::subtract(std::uint32_t sample, std::span<float> residuals)
 
 /// Copies the residuals without the lines of cells at which all are zero.
 void ImageResiduals::gather() noexcept {
-  constexpr std::size_t line = 32;  // with whole pairs of lanes, products are the same as with all cells
   const std::size_t cells = padded_cells(images_.camera);
   lines_.clear();
   for (std::size_t begin = 0; begin < cells; begin += line) {
@@ -79,7 +83,6 @@ void ImageResiduals::gather() noexcept {
 }
 
 void ImageResiduals::add_products(float scale, std::span<float> gram) noexcept {
-  constexpr std::size_t line = 32;
   const std::size_t stride = line * lines_.size();
   for (std::size_t i = 0; i < count_; ++i) {
     code_.project(gathered_.data(), i + 1, stride, &gathered_[i * stride], products_.data());

@@ -79,11 +79,18 @@ void JointFitter::rank(const FrameExpectation* expected) noexcept {
   set_candidates();
 }
 
+/// What something may hide has a price only if no image shows it.
+SquareSums JointFitter::squares_of(SurfaceFitter& fitter, std::uint32_t sample) const noexcept {
+  SquareSums sums = fitter.squares_of(sample);
+  if (!is_hidden_) sums.hidden = 0;
+  return sums;
+}
+
 float JointFitter::mean_square(std::uint32_t sample) noexcept {
   float squares = 0, cells = 0;
   for (const auto& [fitter, later_s] : rigs_) {
-    const SquareSums sums = fitter->squares_of(nearest_at(sample, later_s));
-    squares += sums.squares + (is_hidden_ ? sums.hidden : 0);
+    const SquareSums sums = squares_of(*fitter, nearest_at(sample, later_s));
+    squares += sums.squares + sums.hidden;
     cells += sums.cells;
   }
   return squares / cells;
@@ -94,10 +101,8 @@ float JointFitter::not_residual(std::uint32_t best) noexcept {
   float squares = 0, cells = 0;
   for (const auto& [fitter, later_s] : rigs_) {
     const std::uint32_t sample = nearest_at(best, later_s);
-    const SquareSums all = fitter->squares_of(sample);
-    squares +=
-        all.cells *
-        std::max((is_hidden_ ? all.mean() : all.squares / all.cells) - fitter->shown_squares_of(sample).mean(), 0.0f);
+    const SquareSums all = squares_of(*fitter, sample);
+    squares += all.cells * std::max(all.mean() - fitter->shown_squares_of(sample).mean(), 0.0f);
     cells += all.cells;
   }
   return squares / cells;

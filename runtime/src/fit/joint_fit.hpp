@@ -40,6 +40,7 @@ class JointFitter {
  private:
   void propose() noexcept;
   void rank(const FrameExpectation* expected) noexcept;
+  [[nodiscard]] SquareSums squares_of(SurfaceFitter& fitter, std::uint32_t sample) const noexcept;
   [[nodiscard]] float mean_square(std::uint32_t sample) noexcept;
   [[nodiscard]] float not_residual(std::uint32_t best) noexcept;
   void set_candidates() noexcept;
