@@ -41,6 +41,20 @@ using namespace lbea;
 using namespace lbea::bake;
 using namespace lbea::test;
 
+namespace {
+
+/// Of a plate that bends; every third one shows half of it.
+std::vector<std::vector<Point>> bending_clouds() {
+  std::vector<std::vector<Point>> clouds;
+  for (int step = 0; step < 24; ++step) {
+    clouds.push_back(seen(bent(0.03 * step), {}, static_cast<std::uint64_t>(step)));
+    if (step % 3 == 2) clouds.back().resize(clouds.back().size() / 2);
+  }
+  return clouds;
+}
+
+}  // namespace
+
 TEST_CASE("10,000 frames, malformed ones included, without one call to the heap") {
   const TemporaryFolder folder;
   EnsembleDescription description = bent_plates_description(ReferenceMode::over_time);
@@ -114,11 +128,7 @@ TEST_CASE("the history of a test, with the pose estimated, and forecasts take no
   TestHistory history(model, views);
   REQUIRE(history.estimates_pose());
   Forecast forecast(model);
-  std::vector<std::vector<Point>> clouds;
-  for (int step = 0; step < 24; ++step) {
-    clouds.push_back(seen(bent(0.03 * step)));
-    if (step % 3 == 2) clouds.back().resize(clouds.back().size() / 2);
-  }
+  const std::vector<std::vector<Point>> clouds = bending_clouds();
   const std::uint64_t before = heap_calls;
   for (std::uint64_t id = 0; id < clouds.size(); ++id)
     forecast.update(matcher.match({id, static_cast<std::int64_t>(id) * 1'000'000, clouds[id]}, history));
@@ -134,11 +144,7 @@ TEST_CASE("captures of two rigs, one of them hidden in part or without points, t
   images.pose_variance = 1;
   const Rig rig{fit_config().T_reference_sensor, SensorViews(std::make_shared<const DepthImages>(images))};
   RigMatcher matcher(model, fit_config(), {rig, rig});
-  std::vector<std::vector<Point>> clouds;
-  for (int step = 0; step < 24; ++step) {
-    clouds.push_back(seen(bent(0.03 * step), {}, static_cast<std::uint64_t>(step)));
-    if (step % 3 == 2) clouds.back().resize(clouds.back().size() / 2);
-  }
+  std::vector<std::vector<Point>> clouds = bending_clouds();
   clouds.push_back({{5, 5, 5}});
   clouds.emplace_back();
   std::uint64_t used = 0;

@@ -153,7 +153,7 @@ TEST_CASE("shares of the joint estimate add up to 1, and its lists have the prom
   CHECK(mean_distance(inferred.mean, positions) < 1);  // the states of two runs are 3 to 5 mm apart
 }
 
-TEST_CASE("a rig without a frame takes its evidence away and nothing else") {
+TEST_CASE("without a frame of one rig, the result rests on the others") {
   const TwoRigs two;
   RigMatcher matcher = two.matcher();
   const std::vector<float> positions = positions_of(two.model, 12);
@@ -173,7 +173,7 @@ TEST_CASE("a rig without a frame takes its evidence away and nothing else") {
   CHECK(matcher.match({}).status == Status::empty_frame);  // fewer frames than rigs
 }
 
-TEST_CASE("a rig that shows another component does not count, but nobody can tell it from a deformation") {
+TEST_CASE("a rig that shows another component does not count, and the verdict is unknown") {
   const TwoRigs two;
   RigMatcher matcher = two.matcher();
   const std::vector<float> other_shape = folded();
