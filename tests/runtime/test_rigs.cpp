@@ -113,6 +113,26 @@ Frame at(double ms, std::span<const Point> points) {
   return {static_cast<std::uint64_t>(ms), static_cast<std::int64_t>(ms * 1e6), points};
 }
 
+SensorViews changed(const SensorViews& views, const auto& change) {
+  DepthImages images = *views.data();
+  change(images);
+  return SensorViews(std::make_shared<const DepthImages>(images));
+}
+
+/// By rigs that see shapes that differ a little. below: views of the second one.
+std::vector<float> estimated_by(const TwoRigs& two, const SensorViews& below) {
+  std::vector<Rig> rigs = two.rigs;
+  rigs[1].views = below;
+  RigMatcher matcher(two.model, fit_config(), rigs);
+  matcher.fix_poses();
+  const auto from_above = seen_from(two.sensors[0], bent(0.63)), from_below = seen_from(two.sensors[1], bent(0.6), 2);
+  const MatchResult result = matcher.match(std::vector<Frame>{at(1, from_above), at(1, from_below)});
+  for (const RigResult& rig : matcher.rigs()) REQUIRE(rig.is_used);
+  Inferred inferred;
+  infer_positions(two.model, result.fit, inferred);
+  return {inferred.mean.begin(), inferred.mean.end()};
+}
+
 }  // namespace
 
 TEST_CASE("two rigs that see both sides name the sample that they see, and rest on both") {
@@ -151,6 +171,21 @@ TEST_CASE("shares of the joint estimate add up to 1, and its lists have the prom
   Inferred inferred;
   infer_positions(two.model, result.fit, inferred);
   CHECK(mean_distance(inferred.mean, positions) < 1);  // the states of two runs are 3 to 5 mm apart
+}
+
+// In a sparse ensemble the estimate is close to the prediction. Without the bounds, a rig that shows little of the
+// shape counted as much as one that shows it well: two rigs were worse than the better one alone.
+TEST_CASE("a rig's prediction counts by the bound of its own estimate") {
+  const TwoRigs two;
+  const SensorViews& below = two.rigs[1].views;
+  const float learned = below.data()->error_per_spread;
+  REQUIRE(learned > 0);
+  const auto good = estimated_by(two, below);
+  const auto bad = estimated_by(two, changed(below, [&](DepthImages& images) { images.error_per_spread *= 1e4f; }));
+  const auto none =
+      estimated_by(two, changed(below, [](DepthImages& images) { images.regression.most_difference = 0; }));
+  REQUIRE(mean_distance(good, none) > 0.01);
+  CHECK(mean_distance(bad, none) < 1e-3 * mean_distance(good, none));
 }
 
 TEST_CASE("without a frame of one rig, the result rests on the others") {

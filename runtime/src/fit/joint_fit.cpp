@@ -153,18 +153,24 @@ EstimateProblem JointFitter::problem() const noexcept {
           .is_hidden = is_hidden_};
 }
 
-/// The mean of the rigs' predictions, weighted by how far each usually is from the candidates and by how much its rig
-/// shows. That of a completed image repeats the candidates in part: it counts only if all images are hidden in part.
+/// That of a completed image repeats the candidates in part: it counts only if all images are hidden in part.
+bool JointFitter::predicts(const RigEvidence& rig) const noexcept { return is_hidden_ || !rig.fitter->is_hidden(); }
+
+/// The mean of the rigs' predictions, weighted by the inverse of their variance and by how much each rig shows. The
+/// variance is in proportion to the square of the bound of the rig's own estimate or, if the bakes have not learned
+/// bounds, of how far predictions usually are from the candidates.
 ShapePrediction JointFitter::predict() noexcept {
   ShapePrediction mean;
   float all = 0;
   scores_ = {};
+  const bool has_bounds = std::ranges::all_of(
+      rigs_, [this](const RigEvidence& rig) { return !predicts(rig) || std::isfinite(rig.fitter->error_90()); });
   for (const RigEvidence& rig : rigs_) {
-    if (rig.fitter->is_hidden() && !is_hidden_) continue;
+    if (!predicts(rig)) continue;
     const ShapePrediction one = rig.fitter->predict_again(estimate_.shares());
     if (one.scores.empty() || !(one.most_difference > 0)) continue;
     const float shown = std::min(rig.fitter->shown_share(nearest_at(best_.ranked()[0].sample, rig.later_s)), 1.0f);
-    const float weight = shown / square(one.most_difference);
+    const float weight = shown / (has_bounds ? square(rig.fitter->error_90()) + noise_ : square(one.most_difference));
     for (std::size_t i = 0; i < scores_.size(); ++i) scores_[i] += weight * one.scores[i];
     add_earlier(rig, weight);
     mean.blend += weight * one.blend;

@@ -45,6 +45,7 @@ class JointFitter {
   [[nodiscard]] float not_residual(std::uint32_t best) noexcept;
   void set_candidates() noexcept;
   void compare() noexcept;
+  [[nodiscard]] bool predicts(const RigEvidence& rig) const noexcept;
   [[nodiscard]] ShapePrediction predict() noexcept;
   void add_earlier(const RigEvidence& rig, float weight) noexcept;
   void judge(SurfaceFit& result) noexcept;
