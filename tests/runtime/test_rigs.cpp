@@ -60,7 +60,7 @@ std::vector<float> positions_of(const Model& model, std::uint32_t sample) {
 
 /// Six runs under two rigs.
 struct TwoRigs {
-  explicit TwoRigs(std::uint32_t states = 8) : bytes(seen_plates_model(6, states)) {}
+  explicit TwoRigs(std::uint32_t states = 8, std::uint32_t runs = 6) : bytes(seen_plates_model(runs, states)) {}
 
   AlignedBytes bytes;
   Model model = Model::view(bytes.span());
@@ -186,6 +186,19 @@ TEST_CASE("a rig's prediction counts by the bound of its own estimate") {
       estimated_by(two, changed(below, [](DepthImages& images) { images.regression.most_difference = 0; }));
   REQUIRE(mean_distance(good, none) > 0.01);
   CHECK(mean_distance(bad, none) < 1e-3 * mean_distance(good, none));
+}
+
+// With 48 candidates of ten runs, many of which were of another deformation branch, two rigs had 1.9 times the best
+// sample's error where one had 0.9.
+TEST_CASE("in a sparse ensemble a joint estimate combines three states per run, as many as for one rig or more") {
+  for (const auto& [runs, most] : {std::pair{6u, 24u}, {12u, 36u}, {20u, 48u}}) {
+    CAPTURE(runs);
+    const TwoRigs two(8, runs);
+    RigMatcher matcher = two.matcher();
+    const auto above = seen_from(two.sensors[0], bent(0.63)), below = seen_from(two.sensors[1], bent(0.63), 2);
+    const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+    CHECK(result.fit.candidates.size() == most);
+  }
 }
 
 TEST_CASE("without a frame of one rig, the result rests on the others") {

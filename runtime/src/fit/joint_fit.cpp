@@ -1,6 +1,17 @@
 #include "runtime/src/fit/joint_fit.hpp"
 
 namespace lbea {
+namespace {
+
+/// Several states of few runs differ by their times alone or belong to other deformation branches, whose small shares
+/// add up: a combination needs a run's nearest state and those before and after it, but no fewer than for one rig.
+std::uint32_t most_candidates(const FitSettings& settings, std::size_t runs, std::uint32_t samples) {
+  constexpr std::size_t of_run = 3;
+  const std::size_t most = std::min<std::size_t>(of_run * runs, settings.joint_candidates);
+  return std::min(std::max(static_cast<std::uint32_t>(most), settings.candidates), samples);
+}
+
+}  // namespace
 
 [[gnu::cold]]  // compiled for size
 JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regression, float noise, std::size_t rigs,
@@ -15,7 +26,7 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       promising_(DepthRanking::most_promising),
       costs_(model, regression_),
       compared_(std::min<std::size_t>(rigs * promising_.capacity(), model.info.samples)),
-      best_(std::min(settings.joint_candidates, model.info.samples)),
+      best_(most_candidates(settings, runs_.size(), model.info.samples)),
       candidates_(best_.capacity()),
       alone_(best_.capacity()),
       states_(best_.capacity()),
