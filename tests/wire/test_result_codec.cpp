@@ -41,6 +41,19 @@ WireResult some_result() {
   result.test = {9, 3, {1, 2}, 0.5f, {{3, 0.75f}, {1, 0.25f}}, {0.875f, 0.125f}, 1.25f, WireVerdict::ambiguous};
   result.forecast = {7, 2.5f, {{0, 1.25f}, {3, -0.25f}}, {0.25f, 0.75f}, {{8.5f, 0.5f, 0.875f}, {-1, 2, 0}}};
   result.channels = {{{12.5f, 0.5f}, "free end x", "mm", {125, 4}}, {{-3, std::nanf("")}, "", ""}};
+  for (const char* name : {"left", ""}) {
+    WireRigFrame& frame = result.rigs.emplace_back();
+    for (const auto& number : frame_numbers) frame.*number.value = different++;
+    for (const auto& number : fit_numbers) frame.*number.value = different++;
+    frame.rig = name;
+    frame.session = 31 + result.rigs.size();
+    frame.frame_id = 41 + result.rigs.size();
+    frame.stamp_ns = -51;
+    frame.status = WireStatus::empty_frame;
+    frame.verdict = WireVerdict::no_simulation_fits;
+    frame.points = {61, 1, 20, 40};
+    frame.is_used = result.rigs.size() == 1;
+  }
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
   for (std::size_t i = 0; i < wire_status_count; ++i) result.counters.by_status[i] = 100 + i;
@@ -106,6 +119,13 @@ void check_equal(const WireResult& a, const WireResult& b) {
     return have_equal_bits<ChannelValue>(p, q) && have_equal_bits<ChannelValue>(p.end, q.end) && p.name == q.name &&
            p.unit == q.unit;
   }));
+  CHECK(std::ranges::equal(a.rigs, b.rigs, [](const WireRigFrame& p, const WireRigFrame& q) {
+    const auto others = [](const WireRigFrame& f) {
+      return std::tie(f.rig, f.session, f.frame_id, f.stamp_ns, f.status, f.verdict, f.is_used);
+    };
+    return have_equal_bits<FitNumbers>(p, q) && have_equal_bits<FrameNumbers>(p, q) && others(p) == others(q) &&
+           std::memcmp(&p.points, &q.points, sizeof p.points) == 0;
+  }));
   REQUIRE(a.matches.size() == b.matches.size());
   for (std::size_t i = 0; i < a.matches.size(); ++i) {
     CHECK(a.matches[i].sample == b.matches[i].sample);
@@ -169,6 +189,8 @@ TEST_CASE("the schema has every number of a result") {
   };
   for (const auto& number : frame_numbers) CHECK_MESSAGE(has(schema::ResultTypeTable(), number.name), number.name);
   for (const auto& number : fit_numbers) CHECK_MESSAGE(has(schema::FitTypeTable(), number.name), number.name);
+  for (const auto& number : frame_numbers) CHECK_MESSAGE(has(schema::RigFrameTypeTable(), number.name), number.name);
+  for (const auto& number : fit_numbers) CHECK_MESSAGE(has(schema::RigFrameTypeTable(), number.name), number.name);
 }
 
 TEST_CASE("a result may have a thousand matches") {
@@ -311,9 +333,9 @@ TEST_CASE("every status has a name, a sentence and a fate") {
   CHECK(to_string(static_cast<WireStatus>(wire_status_count)) == "unknown_status");
   CHECK(counters.sum(Fate::matched) == 0b11);
   CHECK(counters.sum(Fate::rejected) == 0b1'0000'1111'1111'1100);
-  CHECK(counters.sum(Fate::dropped) == 0b10'1101'0000'0000'0000);
+  CHECK(counters.sum(Fate::dropped) == 0b110'1101'0000'0000'0000);
   // missed and withheld are not received
-  counters.received = 0b11'0001'1111'1111'1111;
+  counters.received = 0b111'0001'1111'1111'1111;
   CHECK(counters.adds_up());
   ++counters.received;
   CHECK_FALSE(counters.adds_up());

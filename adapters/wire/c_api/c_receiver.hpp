@@ -22,6 +22,7 @@ struct lbea_wire_receiver {
   std::vector<lbea_wire_candidate> candidates;
   std::vector<lbea_wire_share> estimate;
   std::vector<lbea_wire_channel> channels;
+  std::vector<lbea_wire_rig_frame> rigs;
   std::vector<lbea_wire_chance> chances;
 };
 

@@ -26,7 +26,8 @@ static_assert(is_same(LBEA_WIRE_FRAME_OK, WireStatus::ok) &&
               is_same(LBEA_WIRE_FRAME_MISSED, WireStatus::missed) &&
               is_same(LBEA_WIRE_FRAME_WITHHELD, WireStatus::withheld) &&
               is_same(LBEA_WIRE_FRAME_DUPLICATE, WireStatus::duplicate) &&
-              is_same(LBEA_WIRE_FRAME_OTHER_SENDER, WireStatus::other_sender) && wire_status_count == 18);
+              is_same(LBEA_WIRE_FRAME_OTHER_SENDER, WireStatus::other_sender) &&
+              is_same(LBEA_WIRE_FRAME_OUT_OF_STEP, WireStatus::out_of_step) && wire_status_count == 19);
 static_assert(LBEA_WIRE_MATCHED == static_cast<int>(Fate::matched) &&
               LBEA_WIRE_REJECTED == static_cast<int>(Fate::rejected) &&
               LBEA_WIRE_DROPPED == static_cast<int>(Fate::dropped) &&
@@ -106,6 +107,12 @@ lbea_wire_result lbea_wire_receiver::to_c(const WireResult& from) {
   });
   list(from.channels, channels, to.channels, to.channel_count, [](const WireChannel& c) {
     return lbea_wire_channel{c.name.c_str(), c.unit.c_str(), c.value, c.bound_90, c.end.value, c.end.bound_90};
+  });
+  list(from.rigs, rigs, to.rigs, to.rig_count, [](const WireRigFrame& f) {
+    return lbea_wire_rig_frame{
+        f.rig.c_str(), f.session,         f.frame_id,    f.stamp_ns, static_cast<lbea_wire_frame_status>(f.status),
+        verdict_of(f), f.is_used ? 1 : 0, f.points.used, f.coverage, f.misfit,
+        f.pose_turn,   f.pose_shift};
   });
   chances.clear();
   for (const SimulationChance& c : from.test.simulations) chances.push_back({c.simulation, c.probability});

@@ -32,6 +32,9 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
     {"duplicate", Fate::rejected, "a frame with this id arrived before; give every capture its own id"},
     {"other_sender", Fate::dropped,
      "the test of another sender is running (--one-sender); stop one of the two, or wait for the other's goodbye"},
+    {"out_of_step", Fate::dropped,
+     "its stamp is of another time than the other rigs' frames: it arrived after later ones were matched, or the rig's "
+     "clock differs; raise --wait, synchronize the clocks, or give --clock-offset"},
 }};
 
 constexpr StatusText unknown_text{"unknown_status", Fate::not_a_capture, "a status that this version does not know"};
@@ -64,6 +67,21 @@ std::string_view to_string(RecordingPhase phase) noexcept {
 
 std::string_view to_string(Fate fate) noexcept {
   return name_of(fate, {"matched", "rejected", "dropped", "not_a_capture"}, "unknown_fate");
+}
+
+Counters& Counters::operator+=(const Counters& more) noexcept {
+  for (std::size_t i = 0; i < wire_status_count; ++i) by_status[i] += more.by_status[i];
+  received += more.received;
+  missed += more.missed;
+  duplicates += more.duplicates;
+  reordered += more.reordered;
+  sessions += more.sessions;
+  silent += more.silent;
+  interleaved += more.interleaved;
+  unannounced += more.unannounced;
+  recorded += more.recorded;
+  unrecorded += more.unrecorded;
+  return *this;
 }
 
 std::uint64_t Counters::sum(Fate fate) const noexcept {

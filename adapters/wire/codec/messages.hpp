@@ -49,8 +49,9 @@ enum class WireStatus : std::uint8_t {
   duplicate,
   // dropped
   other_sender,
+  out_of_step,
 };
-inline constexpr std::size_t wire_status_count = 18;
+inline constexpr std::size_t wire_status_count = 19;
 /// Stable lower-case name, e.g. "bad_layout"; "unknown_status" for a value that is none of the above.
 [[nodiscard]] std::string_view to_string(WireStatus status) noexcept;
 /// What is wrong and what to do, for a log line.
@@ -107,6 +108,8 @@ struct Counters {
   [[nodiscard]] std::uint64_t on_the_way() const noexcept {
     return captured() - sum(Fate::matched) - sum(Fate::rejected) - sum(Fate::dropped);
   }
+  /// Of several rigs together.
+  Counters& operator+=(const Counters& more) noexcept;
   /// captured = matched + rejected + dropped.
   [[nodiscard]] bool adds_up() const noexcept { return on_the_way() == 0; }
   friend bool operator==(const Counters&, const Counters&) = default;
@@ -196,6 +199,19 @@ struct WireChannel : ChannelValue {
   ChannelValue end{};  // forecast
 };
 
+/// One rig's frame in the result of a capture of several rigs; see RigResult.
+struct WireRigFrame : FitNumbers, FrameNumbers {
+  std::string rig{};
+  std::uint64_t session = 0;
+  std::uint64_t frame_id = 0;
+  std::int64_t stamp_ns = 0;  // by the clock of the rig
+  WireStatus status = WireStatus::ok;
+  WireVerdict verdict = WireVerdict::unknown;  // by this frame alone
+  PointTally points{};
+  bool is_used = false;  // the capture's result rests on it
+};
+
+/// Of a frame; or of a capture of several rigs, whose session is that of no sender.
 struct WireResult : FrameNumbers {
   std::uint64_t sequence = 0;  // rises by one per message on the results socket
   std::uint64_t session = 0;
@@ -211,12 +227,20 @@ struct WireResult : FrameNumbers {
   WireTestState test;
   WireForecast forecast;
   std::vector<WireChannel> channels;  // in the order of the model
+  std::vector<WireRigFrame> rigs;     // the frames of the capture; empty: this is the result of one frame
   WireTimes elapsed_ns;
   Counters counters;
   std::int64_t receive_ns = 0;
   std::int64_t publish_ns = 0;
   std::uint64_t model_checksum = 0;
 };
+
+/// Calls visit(session, frame_id, status) for each frame that the result answers.
+template <class Visit>
+void for_each_frame(const WireResult& result, const Visit& visit) {
+  if (result.rigs.empty()) visit(result.session, result.frame_id, result.status);
+  for (const WireRigFrame& frame : result.rigs) visit(frame.session, frame.frame_id, frame.status);
+}
 
 struct ModelSummary {
   std::string file;
@@ -256,6 +280,14 @@ struct WireRecording {
   bool operator==(const WireRecording&) const = default;
 };
 
+/// One of several rigs: its description and account.
+struct WireRig {
+  std::string name;
+  std::string endpoint;  // of its frames
+  std::int64_t clock_offset_ns = 0;
+  Counters counters;
+};
+
 /// Settings and current state of the matcher program.
 struct WireState {
   std::uint64_t sequence = 0;
@@ -271,5 +303,6 @@ struct WireState {
   std::uint64_t max_message_bytes = 0;       // larger ones never arrive
   std::vector<WireSender> senders{};         // the latest ones
   std::optional<WireRecording> recording{};  // none: nothing is recorded
+  std::vector<WireRig> rigs{};               // none: one rig, whose account `counters` is
 };
 }  // namespace lbea::wire

@@ -35,6 +35,8 @@ std::array<Slot, count> slots_of(const std::array<NumberInfo<Numbers>, count>& n
 }
 const auto frame_slots = slots_of(frame_numbers, "lbea.wire.Result");
 const auto fit_slots = slots_of(fit_numbers, "lbea.wire.Fit");
+const auto rig_frame_slots = slots_of(frame_numbers, "lbea.wire.RigFrame");
+const auto rig_fit_slots = slots_of(fit_numbers, "lbea.wire.RigFrame");
 
 /// Adds the numbers to the table that is being built; also those with the value of absent ones.
 template <class Numbers, std::size_t count>
@@ -101,6 +103,10 @@ WireTimes read(const schema::StageTimes* from) {
           from->queue(),
           {from->index(), from->correspondence(), from->projection(), from->matching(), from->coverage(), from->fit()},
           from->total()};
+}
+
+schema::PointTally build(const PointTally& points) {
+  return {points.received, points.invalid, points.culled, points.used};
 }
 
 PointTally read(const schema::PointTally* from) {
@@ -186,6 +192,47 @@ std::vector<WireChannel> read(const flatbuffers::Vector<Offset<schema::Channel>>
   return channels;
 }
 
+Offset<schema::RigFrame> build(FlatBufferBuilder& builder, const WireRigFrame& frame) {
+  const auto rig = builder.CreateString(frame.rig);
+  const schema::PointTally points = build(frame.points);
+  schema::RigFrameBuilder table(builder);
+  table.add_stamp_ns(frame.stamp_ns);
+  table.add_frame_id(frame.frame_id);
+  table.add_session(frame.session);
+  add<FitNumbers>(builder, frame, fit_numbers, rig_fit_slots);
+  add<FrameNumbers>(builder, frame, frame_numbers, rig_frame_slots);
+  table.add_points(&points);
+  table.add_rig(rig);
+  table.add_is_used(frame.is_used);
+  table.add_verdict(static_cast<schema::Verdict>(frame.verdict));
+  table.add_status(static_cast<schema::WireStatus>(frame.status));
+  return table.Finish();
+}
+
+WireRigFrame read(const schema::RigFrame& from) {
+  WireRigFrame frame;
+  read<schema::RigFrame, FitNumbers>(&from, frame, fit_numbers, rig_fit_slots);
+  read<schema::RigFrame, FrameNumbers>(&from, frame, frame_numbers, rig_frame_slots);
+  frame.rig = text(from.rig());
+  frame.session = from.session();
+  frame.frame_id = from.frame_id();
+  frame.stamp_ns = from.stamp_ns();
+  frame.status = static_cast<WireStatus>(from.status());
+  frame.verdict = static_cast<WireVerdict>(from.verdict());
+  frame.points = read(from.points());
+  frame.is_used = from.is_used();
+  return frame;
+}
+
+Offset<schema::Rig> build(FlatBufferBuilder& builder, const WireRig& rig) {
+  const auto name = builder.CreateString(rig.name), endpoint = builder.CreateString(rig.endpoint);
+  return schema::CreateRig(builder, name, endpoint, rig.clock_offset_ns, build(builder, rig.counters));
+}
+
+WireRig read(const schema::Rig& from) {
+  return {text(from.name()), text(from.endpoint()), from.clock_offset_ns(), read(from.counters())};
+}
+
 Offset<schema::Forecast> build(FlatBufferBuilder& builder, const WireForecast& forecast) {
   if (forecast.frames == 0) return 0;
   std::vector<schema::RunWeight> runs;
@@ -249,14 +296,25 @@ ModelSummary read(const schema::ModelSummary* from) {
   for (const auto* name : *from->simulations()) model.simulations.push_back(text(name));
   return model;
 }
+/// A vector of tables.
+template <class Table, class T>
+Offset<flatbuffers::Vector<Offset<Table>>> build_all(FlatBufferBuilder& builder, const std::vector<T>& from) {
+  std::vector<Offset<Table>> built;
+  built.reserve(from.size());
+  for (const T& value : from) built.push_back(build(builder, value));
+  return builder.CreateVector(built);
+}
+
+template <class Table, class T>
+void read_all(const flatbuffers::Vector<Offset<Table>>* from, std::vector<T>& into) {
+  if (from == nullptr) return;
+  for (const Table* value : *from) into.push_back(read(*value));
+}
 }  // namespace
 
 std::span<const std::byte> Encoder::result(const WireResult& result) {
   auto& builder = buffers_->cleared();
-  std::vector<Offset<schema::Match>> matches;
-  matches.reserve(result.matches.size());
-  for (const WireMatch& match : result.matches) matches.push_back(build(builder, match));
-  const auto match_vector = builder.CreateVector(matches);
+  const auto matches = build_all<schema::Match>(builder, result.matches);
   const auto counters = build(builder, result.counters);
   const auto coordinates = builder.CreateVector(result.leading_coordinates.data(),
                                                 result.matches.empty() ? 0 : result.leading_coordinates.size());
@@ -264,8 +322,8 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   const auto test = build(builder, result.test);
   const auto forecast = build(builder, result.forecast);
   const auto channels = build(builder, result.channels);
-  const schema::PointTally points(result.points.received, result.points.invalid, result.points.culled,
-                                  result.points.used);
+  const auto rigs = result.rigs.empty() ? 0 : build_all<schema::RigFrame>(builder, result.rigs);
+  const schema::PointTally points = build(result.points);
   const schema::StageTimes times = build(result.elapsed_ns);
   schema::ResultBuilder table(builder);
   table.add_model_checksum(result.model_checksum);
@@ -275,6 +333,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   table.add_frame_id(result.frame_id);
   table.add_session(result.session);
   table.add_sequence(result.sequence);
+  if (!rigs.IsNull()) table.add_rigs(rigs);
   if (!channels.IsNull()) table.add_channels(channels);
   table.add_forecast(forecast);
   table.add_test(test);
@@ -282,7 +341,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   table.add_leading_coordinates(coordinates);
   table.add_counters(counters);
   table.add_elapsed_ns(&times);
-  table.add_matches(match_vector);
+  table.add_matches(matches);
   table.add_points(&points);
   add<FrameNumbers>(builder, result, frame_numbers, frame_slots);
   table.add_reference(result.reference);
@@ -306,9 +365,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.reference = from->reference();
   read<schema::Result, FrameNumbers>(from, into, frame_numbers, frame_slots);
   into.points = read(from->points());
-  if (from->matches() != nullptr) {
-    for (const auto* match : *from->matches()) into.matches.push_back(read(*match));
-  }
+  read_all(from->matches(), into.matches);
   into.elapsed_ns = read(from->elapsed_ns());
   into.counters = read(from->counters());
   into.receive_ns = from->receive_ns();
@@ -321,6 +378,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.test = read(from->test());
   into.forecast = read(from->forecast());
   into.channels = read(from->channels());
+  read_all(from->rigs(), into.rigs);
   return WireStatus::ok;
 }
 
@@ -330,14 +388,13 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   const auto method = builder.CreateString(state.method);
   const auto counters = build(builder, state.counters);
   const auto model = build(builder, state.model);
-  std::vector<Offset<schema::Sender>> senders;
-  for (const WireSender& sender : state.senders) senders.push_back(build(builder, sender));
-  const auto sender_vector = builder.CreateVector(senders);
+  const auto senders = build_all<schema::Sender>(builder, state.senders);
+  const auto rigs = state.rigs.empty() ? 0 : build_all<schema::Rig>(builder, state.rigs);
   const auto recording = build(builder, state.recording);
   schema::FinishStateBuffer(
       builder, schema::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
                                    state.max_points, state.queue_slots, state.queue_used, counters, model,
-                                   state.max_message_bytes, sender_vector, recording));
+                                   state.max_message_bytes, senders, recording, rigs));
   return detail::finished(builder);
 }
 
@@ -349,8 +406,8 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
           text(from->method()),   from->max_points(),  from->queue_slots(),       from->queue_used(),
           read(from->counters()), read(from->model()), from->max_message_bytes(), {},
           read(from->recording())};
-  if (from->senders() == nullptr) return WireStatus::ok;
-  for (const auto* sender : *from->senders()) into.senders.push_back(read(*sender));
+  read_all(from->senders(), into.senders);
+  read_all(from->rigs(), into.rigs);
   return WireStatus::ok;
 }
 }  // namespace lbea::wire

@@ -65,6 +65,7 @@ typedef enum lbea_wire_frame_status {
   LBEA_WIRE_FRAME_MISSED = 14,       /**< a later one arrived */
   LBEA_WIRE_FRAME_WITHHELD = 15,     /**< its sender could not send it */
   LBEA_WIRE_FRAME_OTHER_SENDER = 17, /**< another sender's test was running */
+  LBEA_WIRE_FRAME_OUT_OF_STEP = 18,  /**< with several rigs: its stamp is of another time than those of the others */
   /* not a capture */
   LBEA_WIRE_FRAME_END_OF_TEST = 13,
   LBEA_WIRE_FRAME_STATUS_MAX_ = 0x7fffffff
@@ -140,8 +141,23 @@ typedef struct lbea_wire_channel {
   float end_value, end_bound_90; /**< forecast of the value at the end of the test; NaN: not known */
 } lbea_wire_channel;
 
-/** What the matcher found for one capture. Pointers are valid until the next receive. The numbers are those of
-    lbea_result in lbea.h. */
+/** One rig's frame, in the result of a capture of several rigs. */
+typedef struct lbea_wire_rig_frame {
+  const char* rig;
+  uint64_t session;  /**< of the rig's sender */
+  uint64_t frame_id; /**< of that session */
+  int64_t stamp_ns;  /**< by the rig's clock */
+  lbea_wire_frame_status status;
+  lbea_wire_verdict verdict; /**< by this frame alone */
+  int32_t is_used;           /**< 1: the result rests on it */
+  uint32_t points_used;
+  float coverage, misfit;
+  float pose_turn, pose_shift; /**< the pose error that is corrected: degrees, length unit; NaN: not estimated */
+} lbea_wire_rig_frame;
+
+/** What the matcher found for one capture. With several rigs, session is that of the test, which is no sender's, and
+    frame_id counts captures; each rig's sender and the test have their own end. Pointers are valid until the next
+   receive. The numbers are those of lbea_result in lbea.h. */
 typedef struct lbea_wire_result {
   uint32_t struct_size;
   lbea_wire_frame_status status;
@@ -168,7 +184,9 @@ typedef struct lbea_wire_result {
   float test_time, test_time_sd;
   uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
   uint32_t decode_ns, queue_ns, index_ns, correspondence_ns, projection_ns, matching_ns, coverage_ns, fit_ns;
-  uint32_t total_ns; /**< publish_ns - receive_ns */
+  uint32_t total_ns;               /**< publish_ns - receive_ns */
+  uint32_t rig_count;              /**< 0: one rig */
+  const lbea_wire_rig_frame* rigs; /**< the frames that this result answers */
 } lbea_wire_result;
 
 typedef struct lbea_wire_chance {
