@@ -1,5 +1,7 @@
 #include "adapters/wire/bound/bound_socket.hpp"
 
+#include <algorithm>
+#include <array>
 #include <new>
 
 namespace lbea::wire {
@@ -7,6 +9,18 @@ namespace {
 constexpr int result_linger_ms = 1000;
 constexpr std::int64_t max_subscription_bytes = 1024;
 }  // namespace
+
+PeerCounts& PeerCounts::operator+=(const PeerCounts& more) noexcept {
+  connections += more.connections;
+  peers += more.peers;
+  admitted += more.admitted;
+  unknown += more.unknown;
+  excess += more.excess;
+  malformed += more.malformed;
+  crowded += more.crowded;
+  offending += more.offending;
+  return *this;
+}
 
 struct FrameSource::State {
   detail::BoundSocket bound;
@@ -28,6 +42,14 @@ std::vector<PeerVisit> FrameSource::visits() { return state_->bound.visits(); }
 
 std::optional<Message> FrameSource::receive(std::chrono::milliseconds timeout) noexcept {
   return detail::receive_within(timeout, state_->bound.socket, state_->message);
+}
+
+void wait_for_any(std::span<const FrameSource* const> sources, std::chrono::milliseconds timeout) noexcept {
+  constexpr std::size_t most = 64;
+  std::array<zmq_pollitem_t, most> items{};
+  const std::size_t count = std::min(sources.size(), most);
+  for (std::size_t i = 0; i < count; ++i) items[i] = {sources[i]->state_->bound.socket.handle(), 0, ZMQ_POLLIN, 0};
+  static_cast<void>(zmq_poll(items.data(), static_cast<int>(count), static_cast<long>(timeout.count())));
 }
 
 struct ResultSink::State {

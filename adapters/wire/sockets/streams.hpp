@@ -37,6 +37,9 @@ struct PeerCounts {
   std::uint64_t malformed = 0;  // ended before authentication: handshake timeout, or not ZeroMQ's protocol
   std::uint64_t crowded = 0;    // refused: the process has few descriptors left
   std::uint64_t offending = 0;  // disconnected after admission: broke the protocol or a limit
+
+  /// Of several sockets together.
+  PeerCounts& operator+=(const PeerCounts& more) noexcept;
 };
 
 /// A peer that connected to a bound socket and identified itself, or that was disconnected.
@@ -70,7 +73,11 @@ class FrameSource {
  private:
   struct State;
   std::unique_ptr<State> state_;
+  friend void wait_for_any(std::span<const FrameSource* const> sources, std::chrono::milliseconds timeout) noexcept;
 };
+
+/// Waits until one of the sources has a message, at most for `timeout`.
+void wait_for_any(std::span<const FrameSource* const> sources, std::chrono::milliseconds timeout) noexcept;
 
 /// How the other end answered the latest connection of a connecting socket. Not known over inproc: absent.
 enum class Link : std::uint8_t {
