@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
 constexpr std::size_t max_runs = 512, max_parameters = 64;  // of a forecast
+constexpr std::size_t max_rigs = 16;
 
 /// match() returns no other status.
 wire::WireStatus to_wire(Status status) noexcept {
@@ -96,12 +97,11 @@ TestHistory history_for(const Model& model, const MatcherConfig& config, const S
   return history;
 }
 
-bool ModelEngine::has_pose_of(const SensorViews& views, const Model& model) noexcept {
+bool has_pose_of(const SensorViews& views, const Model& model) noexcept {
   return views.empty() || is_baked(views, model.view());
 }
 
-double ModelEngine::time_s(Sample sample) const noexcept {
-  const Model& model = matchers_.front().model();
+double time_of(Sample sample, const Model& model) noexcept {
   const std::uint32_t index = model.sample_index(sample);
   return index < model.samples() ? model.sample_time_s(index) : 0;
 }
@@ -131,6 +131,7 @@ void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.result.forecast.runs.reserve(max_runs);
   outcome.result.forecast.branches.reserve(max_branches);
   outcome.result.forecast.parameters.reserve(max_parameters);
+  outcome.result.rigs.reserve(max_rigs);
 }
 
 void clear(Outcome& outcome) noexcept {
@@ -147,6 +148,7 @@ void clear(Outcome& outcome) noexcept {
   fresh.forecast.runs = emptied(result.forecast.runs);
   fresh.forecast.branches = emptied(result.forecast.branches);
   fresh.forecast.parameters = emptied(result.forecast.parameters);
+  fresh.rigs = emptied(result.rigs);
   result = std::move(fresh);
 }
 
@@ -164,6 +166,15 @@ void fill_outcome(Outcome& outcome, const MatchResult& match) noexcept {
   fill(result.fit, match.fit);
 }
 
+void fill_rig_frame(wire::WireRigFrame& frame, const RigResult& result) noexcept {
+  static_cast<FitNumbers&>(frame) = result;
+  static_cast<FrameNumbers&>(frame) = result;
+  frame.status = to_wire(result.status);
+  frame.verdict = to_wire(result.verdict);
+  frame.points = result.points;
+  frame.is_used = result.is_used;
+}
+
 MatchResult match_of(const Outcome& outcome) noexcept {
   MatchResult match;
   match.frame_id = outcome.result.frame_id;
@@ -177,7 +188,7 @@ MatchResult match_of(const Outcome& outcome) noexcept {
   return match;
 }
 
-void fill_test(Outcome& outcome, MatchEngine& engine, const MatchResult& match) noexcept {
+void fill_test(Outcome& outcome, TestEngine& engine, const MatchResult& match) noexcept {
   if (const TestState* test = engine.track(match)) fill(outcome.result.test, *test);
   const TestForecast* forecast = engine.forecast(match);
   if (forecast == nullptr || forecast->frames == 0) return;
@@ -188,7 +199,16 @@ void fill_test(Outcome& outcome, MatchEngine& engine, const MatchResult& match) 
         {channel.final_value, engine.has_baked_pose() ? channel.final_bound_90 : ChannelValue{}.bound_90});
 }
 
-void compose(const Outcome& outcome, const MatchEngine& engine, wire::WireResult& into) {
+void fill_capture(Outcome& outcome, TestEngine& engine, MatchResult match, std::uint64_t session,
+                  std::uint64_t id) noexcept {
+  fill_outcome(outcome, match);
+  outcome.result.session = session;
+  outcome.result.frame_id = match.frame_id = id;
+  outcome.result.stamp_ns = match.stamp_ns;
+  fill_test(outcome, engine, match);
+}
+
+void compose(const Outcome& outcome, const TestEngine& engine, wire::WireResult& into) {
   into = outcome.result;
   for (const Match& match : outcome.matches)
     into.matches.push_back({match.sample, std::string(engine.simulation_name(match.sample.simulation)),

@@ -10,22 +10,13 @@ MatchReplay::MatchReplay(const Model& model, const RunSettings& settings, const 
       config_(settings.matcher),
       views_(views),
       decoder_(wire::WireLimits{.max_points = config_.max_points}),
-      engine_(model, with_max_points(1), views),
+      engine_(model, config_.method, views),
       slots_(threads),
-      begin_(threads),
-      end_(threads) {
+      threads_(threads) {
   if (has_history(settings))
     history_.emplace(
         history_for(model, config_, views, {true, settings.estimates_pose != 0, settings.knows_impact != 0}));
   reserve(outcome_, config_.max_matches);
-  workers_.reserve(slots_.size() - 1);
-  try {
-    for (std::size_t i = 1; i < slots_.size(); ++i) workers_.emplace_back([this, i] { work(slots_[i]); });
-  } catch (...) {  // the destructor does not run after an exception
-    for (std::size_t i = workers_.size() + 1; i < slots_.size(); ++i) begin_.arrive_and_drop();
-    end_workers();
-    throw;
-  }
 }
 
 bool MatchReplay::add(const ReplayedFrame& replayed, const ResultHandler& handle) {
@@ -79,28 +70,9 @@ void MatchReplay::match(Slot& slot) {
   slot.match = history_ ? slot.matcher->match(frame, *history_) : slot.matcher->match(frame);
 }
 
-void MatchReplay::work(Slot& slot) {
-  while (true) {
-    begin_.arrive_and_wait();
-    if (stopping_) return;
-    match(slot);
-    end_.arrive_and_wait();
-  }
-}
-
-void MatchReplay::end_workers() noexcept {
-  stopping_ = true;
-  if (!workers_.empty()) begin_.arrive_and_wait();
-  for (std::thread& worker : workers_) worker.join();
-}
-
 void MatchReplay::run_batch() {
   if (history_ && filled_ > 0) begin_test_of(slots_[0]);
-  for (std::size_t i = filled_; i < slots_.size(); ++i)
-    slots_[i].status = wire::WireStatus::end_of_stream;  // nothing to do
-  if (!workers_.empty()) begin_.arrive_and_wait();
-  match(slots_[0]);
-  if (!workers_.empty()) end_.arrive_and_wait();
+  threads_.run(filled_, [this](std::size_t i) { match(slots_[i]); });
 }
 
 void MatchReplay::begin_test_of(const Slot& slot) {

@@ -4,12 +4,11 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 #include "tools/shared/matching/match_engine.hpp"
+#include "tools/shared/matching/side_by_side.hpp"
 #include "tools/shared/replaying/match_settings.hpp"
 
-#include <barrier>
 #include <functional>
 #include <memory>
-#include <thread>
 
 namespace lbea::tool {
 
@@ -29,9 +28,6 @@ class MatchReplay {
  public:
   /// `model` and `views` must remain.
   MatchReplay(const Model& model, const RunSettings& settings, const SensorViews& views, unsigned threads);
-  ~MatchReplay() { end_workers(); }
-  MatchReplay(const MatchReplay&) = delete;
-  MatchReplay& operator=(const MatchReplay&) = delete;
 
   /// Adds a recorded frame. Its result is delivered during this call or a later one, in the order of the frames.
   bool add(const ReplayedFrame& replayed, const ResultHandler& handle);
@@ -55,8 +51,6 @@ class MatchReplay {
   [[nodiscard]] MatcherConfig with_max_points(std::uint32_t points) const;
   void make_room(Slot& slot) const;
   void match(Slot& slot);
-  void work(Slot& slot);
-  void end_workers() noexcept;
   void run_batch();
   void begin_test_of(const Slot& slot);
   [[nodiscard]] wire::WireResult result_of(Slot& slot);
@@ -67,16 +61,14 @@ class MatchReplay {
   wire::Encoder encoder_;
   wire::FrameDecoder decoder_;
   IdTracker ids_;
-  ModelEngine engine_;  // sums up the test
+  ModelTest<TestEngine> engine_;
   std::optional<TestHistory> history_;
   std::vector<Slot> slots_;  // one matcher per thread
   std::size_t filled_ = 0;
   std::optional<TestKey> test_;  // none before its first frame
   std::uint64_t sequence_ = 0;
   Outcome outcome_;
-  bool stopping_ = false;
-  std::barrier<> begin_, end_;
-  std::vector<std::thread> workers_;
+  SideBySide threads_;
 };
 
 }  // namespace lbea::tool
