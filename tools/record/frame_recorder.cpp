@@ -128,8 +128,8 @@ class FrameRecorder final : private IntakeSink {
   /// Records every frame with a point cloud, whatever its status.
   void record(const ReceivedFrame& frame) noexcept {
     const wire::FrameHeader& header = frame.decoder.header();
-    if (frame.status == wire::WireStatus::ok) recorder_.frame_of_test(header, frame.receive_ns);
-    recorder_.frame(frame.message, header, frame.receive_ns);
+    if (frame.status == wire::WireStatus::ok) recorder_.frame_of_test(header.stamp_ns, frame.receive_ns);
+    recorder_.frame(frame.message, header, {frame.receive_ns});
     if (header.cloud.empty()) ++damaged_;
     if (frame.message_status == wire::WireStatus::too_many_points) ++too_many_points_;
   }

@@ -74,7 +74,11 @@ std::string describe(const wire::ServerAccess& senders, const wire::ServerAccess
 
 std::string describe_fit(const ServeOptions& options, const Model& model) {
   const MatcherConfig& config = options.matcher;
-  const Matcher matcher(model, config, views_for(config, model, options.sensor_json, options.pose_file));
+  if (options.has_several_rigs()) {
+    const RigMatcher matcher(model, config, matched_rigs(options.rigs, config, model));
+    return "the matcher has depth images for " + std::to_string(options.rigs.size()) + " rigs";
+  }
+  const Matcher matcher(model, config, views_for(options.rigs.front(), config, model));
   return "the matcher has depth images for this pose";
 }
 
@@ -86,11 +90,11 @@ void check_endpoints(Preflight& preflight, const ServeOptions& options) {
     return describe(senders, access);
   });
   wire::WireContext context;
-  std::optional<wire::FrameSource> frames;
+  std::vector<wire::FrameSource> frames;
   std::optional<wire::ResultSink> results, preview, inference;
-  preflight.check("frames", [&] {
-    return frames.emplace(context, options.frames_endpoint, wire::WireLimits{}, senders).endpoint();
-  });
+  for (const ServedRig& rig : options.rigs)
+    preflight.check(rig.name.empty() ? "frames" : "frames of " + rig.name,
+                    [&] { return frames.emplace_back(context, rig.endpoint, wire::WireLimits{}, senders).endpoint(); });
   const auto bind = [&](const char* name, std::optional<wire::ResultSink>& sink, const std::string& endpoint) {
     preflight.check(name, [&] { return sink.emplace(context, endpoint, wire::results_held, access).endpoint(); });
   };
@@ -114,13 +118,21 @@ Finding check_descriptors() {
 
 }  // namespace
 
+namespace {
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
+  return all;
+}
+}  // namespace
+
 int check(ServeOptions options) {
   Preflight preflight;
   std::optional<Model> model;
   preflight.check("model",
                   [&] { return describe(model.emplace(Model::open(options.model_file)), options.model_file); });
-  if (model && !options.pose_file.empty())
-    preflight.check("pose", [&] { return read_pose_file(options, *model), options.pose_file; });
+  if (model && !options.rig_options.poses.empty())
+    preflight.check("pose", [&] { return read_poses(options, *model), joined(options.rig_options.poses); });
   if (model) {
     choose_method(options, *model);
     std::vector<Finding> findings = check_options(options, *model);

@@ -1,7 +1,5 @@
 #include "tools/serve/command_line.hpp"
 
-#include "adapters/files/atomic_file.hpp"
-#include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -9,16 +7,19 @@
 namespace lbea::tool {
 namespace {
 
+constexpr const char* rigs_heading = "Several rigs";
+
 void add_matching_options(Tool& tool, ServeOptions& options) {
   MatcherConfig& matcher = options.matcher;
   tool.add_choice("--method", options.method, method_names,
                   "default: fit when the model has depth images for the pose, else lbea. fit: compares depth images, "
                   "with a verdict, an estimate between the samples and the state of the "
                   "test; lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1)");
-  tool.add_option("--pose", options.pose_file,
+  tool.add_option("--pose", options.rig_options.poses,
                   "sensor.json with T_reference_sensor; without it frames must be in reference coordinates. With fit, "
-                  "the whole rig: when the model was not baked for this pose, its samples are rendered at the start")
-      ->check(existing_file());
+                  "the whole rig: when the model was not baked for this pose, its samples are rendered at the start. "
+                  "With several rigs NAME=FILE, once for each")
+      ->repeatable();
   tool.add_flag("--fixed-pose{false}", options.estimates_pose,
                 "with fit: do not estimate the pose error of each test from its frames");
   tool.add_flag("--frames-alone", options.frames_alone,
@@ -44,6 +45,32 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
       ->check(in_range(0.0f, 1.0f));
 }
 
+/// For several rigs.
+void add_rig_options(Tool& tool, ServeOptions& options) {
+  GroupingConfig& grouping = options.pipeline.grouping;
+  tool.add_option("--clock-offset-ns", options.rig_options.clock_offsets,
+                  "NAME=NS: what to add to the stamps of a rig, so that all rigs have one clock; may be repeated")
+      ->repeatable()
+      ->group(rigs_heading);
+  const auto add = [&](const char* name, std::chrono::nanoseconds& value, const char* help) {
+    const auto set = [&value](std::int64_t us) { value = std::chrono::microseconds(us); };
+    tool.add_option_function(name, set, help)
+        ->check(in_range(1, 1'000'000))
+        ->default_text(std::to_string(value / std::chrono::microseconds(1)))
+        ->group(rigs_heading);
+  };
+  add("--window-us", grouping.window, "frames captured within this time are fitted together, microseconds");
+  add("--wait-us", grouping.wait, "the longest time that a frame waits for those of the other rigs, microseconds");
+}
+
+void require_one_method(const ServeOptions& options) {
+  if (!options.has_several_rigs()) return;
+  if (options.method.value_or(Method::fit) != Method::fit || options.frames_alone || options.pipeline.matchers > 1)
+    throw WrongUsage(
+        "several rigs are matched by --method fit, with the history of the test and one thread per rig: "
+        "omit --method, --frames-alone and --matchers, or give one --frames");
+}
+
 void add_operation_options(Tool& tool, ServeOptions& options) {
   tool.add_option("--metrics", options.metrics_address,
                   "address on this machine for Prometheus metrics, e.g. 127.0.0.1:9464");
@@ -61,7 +88,10 @@ void add_operation_options(Tool& tool, ServeOptions& options) {
 
 void add_options(Tool& tool, ServeOptions& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to receive frames on, e.g. ipc:///tmp/frames.ipc")
+  tool.add_option("--frames", options.rig_options.frames,
+                  "endpoint to receive frames on, e.g. ipc:///tmp/frames.ipc; from several rigs that see the component "
+                  "at the same time NAME=ENDPOINT, once for each")
+      ->repeatable()
       ->required();
   tool.add_option("--results", options.results_endpoint, "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
       ->required();
@@ -76,7 +106,12 @@ void add_options(Tool& tool, ServeOptions& options) {
       ->needs(inferred);
   inferred->needs("--inference");
   add_matching_options(tool, options);
-  tool.add_option("--queue", options.pipeline.queue_slots, "frames that may wait for the matcher")
+  add_rig_options(tool, options);
+  tool.add_usage_check([&options] {
+    options.rigs = read_rigs(options.rig_options);
+    require_one_method(options);
+  });
+  tool.add_option("--queue", options.pipeline.queue_slots, "frames of each rig that may wait for the matcher")
       ->check(in_range(1u, 4096u));
   tool.add_flag("--one-sender", options.pipeline.one_sender,
                 "drop the frames of a second sender until the first one says goodbye or is silent for 3 s");
@@ -92,14 +127,13 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_operation_options(tool, options);
 }
 
-void read_pose_file(ServeOptions& options, const Model& model) {
-  if (options.pose_file.empty()) return;
-  options.matcher.T_reference_sensor = io::read_pose(options.pose_file, model.length_unit());
-  options.sensor_json = io::as_text(io::read_file(options.pose_file));
+void read_poses(ServeOptions& options, const Model& model) {
+  read_poses(options.rigs, model);
+  options.matcher.T_reference_sensor = options.rigs.front().T_reference_sensor;
 }
 
 void choose_method(ServeOptions& options, const Model& model) {
-  const bool has_images = has_images_for(options.matcher.T_reference_sensor, model);
+  const bool has_images = options.has_several_rigs() || has_images_for(options.matcher.T_reference_sensor, model);
   options.matcher.method = options.method.value_or(has_images ? Method::fit : Method::lbea);
 }
 
@@ -127,8 +161,9 @@ std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
 }
 
 std::uint64_t queue_bytes(const ServeOptions& options) noexcept {
-  return (std::uint64_t{options.pipeline.queue_slots} + options.pipeline.matchers - 1) * options.matcher.max_points *
-         sizeof(Point);
+  const std::uint64_t slots =
+      options.pipeline.queue_slots * std::uint64_t{options.rigs.size()} + options.pipeline.matchers - 1;
+  return slots * options.matcher.max_points * sizeof(Point);
 }
 
 }  // namespace lbea::tool

@@ -3,6 +3,7 @@
 
 #include "tools/serve/machine.hpp"
 #include "tools/serve/pipeline/pipeline.hpp"
+#include "tools/serve/rigs.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/access_options.hpp"
 #include "tools/shared/recording/recording_options.hpp"
@@ -10,9 +11,9 @@
 namespace lbea::tool {
 
 struct ServeOptions {
-  std::string model_file, frames_endpoint, results_endpoint, preview_endpoint, inference_endpoint, inferred_field,
-      pose_file, metrics_address;
-  std::string sensor_json;       // the text of pose_file
+  std::string model_file, results_endpoint, preview_endpoint, inference_endpoint, inferred_field, metrics_address;
+  RigOptions rig_options;
+  std::vector<ServedRig> rigs;   // one or several
   std::optional<Method> method;  // none: choose_method() chooses it
   MatcherConfig matcher;
   bool estimates_pose = true;  // with fit, the pose error of each test
@@ -23,18 +24,21 @@ struct ServeOptions {
   PrivilegeRequest privileges;
   bool check = false;
   bool json = false;
+
+  [[nodiscard]] bool has_several_rigs() const noexcept { return rigs.size() > 1; }
 };
 
 void add_options(Tool& tool, ServeOptions& options);
-/// Reads the pose and the text of --pose, if it was given. Throws Error{file_not_found | bad_input}.
-void read_pose_file(ServeOptions& options, const Model& model);
+/// Reads what --pose names. Throws Error{file_not_found | bad_input}.
+void read_poses(ServeOptions& options, const Model& model);
 /// Sets matcher.method: without --method it is fit when the model has depth images for the pose, otherwise lbea.
 void choose_method(ServeOptions& options, const Model& model);
 /// Warnings for what these options lack for this model: a verdict, or the time of impact. Call after choose_method().
 [[nodiscard]] std::vector<Finding> check_options(const ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
-/// Memory of the queue in bytes: one slot of max_points per waiting frame and further matcher, allocated at the start.
+/// Memory of the queue in bytes: one slot of max_points per rig, waiting frame and further matcher, allocated at the
+/// start.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
 /// --check: tests everything that does not need frames and prints the findings. Returns the exit code.
 int check(ServeOptions options);

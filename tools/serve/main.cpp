@@ -34,6 +34,8 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
   config.description.version = LBEA_VERSION_STRING;
   config.description.method = name_of(options.matcher.method);
   config.description.model = summarize(model, options.model_file);
+  for (const ServedRig& rig : options.rigs)
+    if (options.has_several_rigs()) config.rigs.push_back({rig.name, rig.clock_offset_ns});
   return config;
 }
 
@@ -48,7 +50,8 @@ RunSettings run_settings(const ServeOptions& options, const Model& model) {
   settings.estimates_pose = options.estimates_pose ? 1 : 0;
   settings.knows_impact = options.recording.trigger_ns ? 1 : 0;
   settings.frames_alone = options.frames_alone ? 1 : 0;
-  settings.sensor_json = options.sensor_json;
+  settings.sensor_json = options.rigs.front().sensor_json;
+  if (options.has_several_rigs()) settings.rigs.assign(options.rigs.begin(), options.rigs.end());
   settings.start_ns = wire::wall_clock_ns();
   return settings;
 }
@@ -156,6 +159,12 @@ bool supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog&
   return true;
 }
 
+std::vector<RigidTransform> poses_of(const std::vector<ServedRig>& rigs) {
+  std::vector<RigidTransform> poses;
+  for (const ServedRig& rig : rigs) poses.push_back(rig.T_reference_sensor);
+  return poses;
+}
+
 /// The observers that publish on sockets of their own.
 struct Publishers {
   std::optional<Preview> preview;
@@ -166,7 +175,7 @@ struct Publishers {
     if (!options.preview_endpoint.empty())
       observers.add(&preview.emplace(
           context, options.preview_endpoint,
-          PreviewConfig{.limits = limits, .T_reference_sensor = options.matcher.T_reference_sensor, .access = access}));
+          PreviewConfig{.limits = limits, .T_reference_sensor = poses_of(options.rigs), .access = access}));
     if (!options.inference_endpoint.empty())
       observers.add(
           &inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
@@ -174,11 +183,12 @@ struct Publishers {
 };
 
 /// Prints the last line of the program. Returns its exit code.
-int conclude(const wire::Counters& counters, const std::string& length_unit, bool as_json, bool is_whole) {
+int conclude(const Pipeline& pipeline, const std::string& length_unit, bool as_json, bool is_whole) {
+  const wire::Counters counters = pipeline.counters();
   const std::string refusal = refusal_of_all(counters, length_unit);
   if (!refusal.empty()) spdlog::error(refusal);
   wait_for_log();
-  print_last_line(as_json ? tally_json(counters) : tally_line(counters));
+  print_last_line(as_json ? tally_json(counters, pipeline.rigs()) : tally_line(counters, pipeline.rigs()));
   return is_whole && is_complete(counters) && refusal.empty() ? exit_ok : exit_failed;
 }
 
@@ -189,20 +199,61 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
   return peers;
 }
 
+std::vector<wire::FrameSource> bind_frames(wire::WireContext& context, const ServeOptions& options,
+                                           PipelineConfig& config) {
+  std::vector<wire::FrameSource> sources;
+  for (const ServedRig& rig : options.rigs) {
+    sources.emplace_back(context, rig.endpoint, config.limits, options.access.load());
+    if (options.has_several_rigs())
+      config.description.rigs.push_back({rig.name, sources.back().endpoint(), rig.clock_offset_ns, {}});
+  }
+  return sources;
+}
+
+/// The matcher of one rig, or of several.
+struct Engines {
+  std::optional<ModelEngine> of_one;
+  std::optional<ModelRigEngine> of_several;
+
+  Engines(const ServeOptions& options, const Model& model) {
+    const HistorySettings settings{!options.frames_alone, options.estimates_pose,
+                                   options.recording.trigger_ns.has_value()};
+    if (options.has_several_rigs())
+      of_several.emplace(model, options.matcher, matched_rigs(options.rigs, options.matcher, model), settings);
+    else
+      of_one.emplace(model, options.matcher, views_for(options.rigs.front(), options.matcher, model), settings,
+                     options.pipeline.matchers);
+  }
+  [[nodiscard]] std::unique_ptr<Pipeline> start(PipelineConfig config, std::vector<wire::FrameSource> frames,
+                                                wire::ResultSink results) {
+    if (of_several)
+      return std::make_unique<Pipeline>(std::move(config), *of_several, std::move(frames), std::move(results));
+    return std::make_unique<Pipeline>(std::move(config), *of_one, std::move(frames.front()), std::move(results));
+  }
+};
+
+std::string ready_line(const std::vector<wire::FrameSource>& frames, const ServeOptions& options,
+                       const wire::ResultSink& results, const Model& model) {
+  std::string endpoints;
+  for (std::size_t rig = 0; rig < frames.size(); ++rig) {
+    const std::string of = options.has_several_rigs() ? " of " + options.rigs[rig].name : "";
+    endpoints += fmt::format("frames{} on {}, ", of, frames[rig].endpoint());
+  }
+  return fmt::format("ready: {}results on {}, {} samples of {} simulations", endpoints, results.endpoint(),
+                     model.samples(), model.simulations());
+}
+
 int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
-  ModelEngine engine(model, options.matcher, views_for(options.matcher, model, options.sensor_json, options.pose_file),
-                     {!options.frames_alone, options.estimates_pose, options.recording.trigger_ns.has_value()},
-                     options.pipeline.matchers);
+  Engines engines(options, model);
   wire::WireContext context;
   const ServiceNotify service;
   PipelineConfig config = pipeline_config(options, model);
   config.on_matching_thread = [&](std::uint32_t matcher) { report(request_for_thread(options.privileges, matcher)); };
   const wire::ServerAccess listeners = options.access.load_for_listeners();
-  wire::FrameSource frames(context, options.frames_endpoint, config.limits, options.access.load());
+  std::vector<wire::FrameSource> frames = bind_frames(context, options, config);
   wire::ResultSink results(context, options.results_endpoint, wire::results_held, listeners);
-  const std::string ready = fmt::format("ready: frames on {}, results on {}, {} samples of {} simulations",
-                                        frames.endpoint(), results.endpoint(), model.samples(), model.simulations());
+  const std::string ready = ready_line(frames, options, results, model);
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
   RecordingLog recording(recorder.get(), options.recording.file);
   RunObservers observers;
@@ -210,22 +261,32 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   Publishers publishers;
   publishers.start(context, options, listeners, config.limits, model, observers);
   config.observer = &observers;
-  Pipeline pipeline(config, engine, std::move(frames), std::move(results));
+  const std::unique_ptr<Pipeline> pipeline = engines.start(config, std::move(frames), std::move(results));
   std::optional<http::MetricsServer> metrics;
   if (!options.metrics_address.empty())
-    metrics.emplace(options.metrics_address, [&] { return metrics_page(pipeline); });
+    metrics.emplace(options.metrics_address, [&] { return metrics_page(*pipeline); });
   spdlog::info(ready);
   warn_of_unbounded_peers();
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
   ModelWatch model_watch(model, options.model_file, !is_held);
-  const bool has_model = supervise(pipeline, peer_logs(pipeline, publishers), recording, model_watch, service);
+  const bool has_model = supervise(*pipeline, peer_logs(*pipeline, publishers), recording, model_watch, service);
   service.stopping();
-  pipeline.stop();
-  pipeline.write_log();
-  warn_of_unfinished(pipeline.senders());
+  pipeline->stop();
+  pipeline->write_log();
+  warn_of_unfinished(pipeline->senders());
   const bool all_recorded = recording.finish();
-  return conclude(pipeline.counters(), length_unit, options.json, has_model && all_recorded);
+  return conclude(*pipeline, length_unit, options.json, has_model && all_recorded);
+}
+
+std::vector<std::pair<std::string, std::string>> endpoints_of(const ServeOptions& options) {
+  std::vector<std::pair<std::string, std::string>> endpoints;
+  for (const ServedRig& rig : options.rigs)
+    endpoints.emplace_back(options.has_several_rigs() ? "--frames " + rig.name : "--frames", rig.endpoint);
+  endpoints.emplace_back("--results", options.results_endpoint);
+  endpoints.emplace_back("--preview", options.preview_endpoint);
+  endpoints.emplace_back("--inference", options.inference_endpoint);
+  return endpoints;
 }
 
 int serve(ServeOptions options) {
@@ -233,13 +294,10 @@ int serve(ServeOptions options) {
   catch_stop_signals();
   catch_trigger_signal();
   raise_descriptor_limit();
-  require_distinct_endpoints({{"--frames", options.frames_endpoint},
-                              {"--results", options.results_endpoint},
-                              {"--preview", options.preview_endpoint},
-                              {"--inference", options.inference_endpoint}});
+  require_distinct_endpoints(endpoints_of(options));
   if (options.check) return check(options);
   const Model model = Model::open(options.model_file);
-  read_pose_file(options, model);
+  read_poses(options, model);
   choose_method(options, model);
   report(check_options(options, model));
   const bool is_held = model.hold(options.matcher.method);

@@ -42,6 +42,15 @@ void write_frames(http::MetricsText& page, const wire::Counters& counters) {
   counter("lbea_unrecorded_total", "Frames and results missing from the recording", counters.unrecorded);
 }
 
+void write_rigs(http::MetricsText& page, const std::vector<wire::WireRig>& rigs) {
+  if (rigs.empty()) return;
+  page.metric("lbea_rig_frames_total", "counter", "Captures of each rig");
+  for (const wire::WireRig& rig : rigs)
+    for (const auto fate : {wire::Fate::matched, wire::Fate::rejected, wire::Fate::dropped})
+      page.value(rig.counters.sum(fate), http::MetricsText::label("rig", rig.name) + "," +
+                                             http::MetricsText::label("fate", wire::to_string(fate)));
+}
+
 void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
   const wire::PeerCounts frames = pipeline.frame_peers(), results = pipeline.result_peers();
   const std::string at_frames = http::MetricsText::label("endpoint", "frames"),
@@ -157,9 +166,7 @@ nlohmann::ordered_json by_reason(const wire::Counters& counters, wire::Fate fate
   return json;
 }
 
-}  // namespace
-
-std::string tally_line(const wire::Counters& counters) {
+std::string line_of(const wire::Counters& counters) {
   return "captured " + std::to_string(counters.captured()) + (counters.adds_up() ? " = " : " IS NOT ") + "matched " +
          reasons(counters, wire::Fate::matched) + " + rejected " + reasons(counters, wire::Fate::rejected) +
          " + dropped " + reasons(counters, wire::Fate::dropped) + "; received " + std::to_string(counters.received) +
@@ -167,7 +174,7 @@ std::string tally_line(const wire::Counters& counters) {
          interleaving(counters) + silence(counters) + recording_text(counters);
 }
 
-std::string tally_json(const wire::Counters& counters) {
+nlohmann::ordered_json json_of(const wire::Counters& counters) {
   // Not a null value that becomes an object: its destructor fails when memory is exhausted.
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   json["captured"] = counters.captured();
@@ -189,6 +196,20 @@ std::string tally_json(const wire::Counters& counters) {
   json["recorded"] = counters.recorded;
   json["unrecorded"] = counters.unrecorded;
   json["adds_up"] = counters.adds_up();
+  return json;
+}
+
+}  // namespace
+
+std::string tally_line(const wire::Counters& counters, std::span<const wire::WireRig> rigs) {
+  std::string text = line_of(counters);
+  for (const wire::WireRig& rig : rigs) text += "\n  " + rig.name + ": " + line_of(rig.counters);
+  return text;
+}
+
+std::string tally_json(const wire::Counters& counters, std::span<const wire::WireRig> rigs) {
+  nlohmann::ordered_json json = json_of(counters);
+  for (const wire::WireRig& rig : rigs) json["rigs"][rig.name] = json_of(rig.counters);
   return json.dump();
 }
 
@@ -200,6 +221,7 @@ bool is_complete(const wire::Counters& counters) {
 std::string metrics_page(const Pipeline& pipeline) {
   http::MetricsText page;
   write_frames(page, pipeline.counters());
+  write_rigs(page, pipeline.rigs());
   write_peers(page, pipeline);
   write_pipeline(page, pipeline);
   write_channels(page, pipeline);

@@ -224,3 +224,37 @@ void fit_judges_the_test(const char* frames, const char* results, const char* cl
   for (int c = 0; c < clouds_read; ++c) free(run.clouds[c]);
   free(run.other);
 }
+
+/* Each capture of the two rigs has one result, which names both frames. */
+void rigs_are_matched_together(const char* left, const char* right, const char* results, const char* clouds) {
+  static test_run run;
+  read_clouds(&run, clouds);
+  run.receiver = opened_receiver(results, NULL);
+  lbea_wire_sender* senders[2] = {opened_sender(left, NULL), opened_sender(right, NULL)};
+  lbea_wire_tally tallies[2] = {{0}, {0}};
+  for (int rig = 0; rig < 2; ++rig) {
+    tallies[rig].struct_size = sizeof tallies[rig];
+    CHECK(lbea_wire_sender_get_tally(senders[rig], &tallies[rig]) == LBEA_WIRE_OK);
+  }
+  for (int c = 0; c < clouds_read && failures == 0; ++c) {
+    const int64_t stamp_ns = first_stamp_ns + (int64_t)c * 4000000;
+    for (int rig = 0; rig < 2; ++rig)
+      CHECK(lbea_wire_sender_send(senders[rig], &run.clouds[c]->x, run.point_counts[c], stamp_ns, patience_ms, NULL) ==
+            LBEA_WIRE_OK);
+    lbea_wire_result result = {0};
+    result.struct_size = sizeof result;
+    CHECK(lbea_wire_receiver_receive(run.receiver, patience_ms, &result) == LBEA_WIRE_OK);
+    CHECK(result.rig_count == 2 && result.frame_id == (uint64_t)c && result.session == ~tallies[0].session);
+    for (uint32_t rig = 0; rig < result.rig_count; ++rig) {
+      const lbea_wire_rig_frame* frame = &result.rigs[rig];
+      CHECK(strcmp(frame->rig, rig == 0 ? "left" : "right") == 0);
+      CHECK(frame->session == tallies[rig].session && frame->frame_id == (uint64_t)c && frame->stamp_ns == stamp_ns);
+      CHECK(frame->status == LBEA_WIRE_FRAME_OK && frame->is_used == 1 && frame->points_used > 0);
+      CHECK(frame->coverage > 0 && frame->misfit > 0);
+    }
+  }
+  for (int rig = 0; rig < 2; ++rig) CHECK(lbea_wire_sender_close(senders[rig], NULL) == LBEA_WIRE_OK);
+  lbea_wire_receiver_close(run.receiver);
+  for (int c = 0; c < clouds_read; ++c) free(run.clouds[c]);
+  free(run.other);
+}

@@ -1,6 +1,7 @@
 /* A program in C that links liblbea-wire and nothing else of ours, for client.sh:
  *   client account FRAMES RESULTS CLOUDS [SERVER_KEY KEY]
  *   client fit FRAMES RESULTS CLOUDS
+ *   client rigs LEFT RIGHT RESULTS CLOUDS
  *   client refusals FRAMES RESULTS NOBODY
  *   client keys FRAMES RESULTS SERVER_KEY KEY STRANGE_KEY OTHER_SERVER_KEY
  *   client dead FRAMES RESULTS */
@@ -38,6 +39,8 @@ int main(int argc, char** argv) {
     every_capture_has_one_result(argv[2], argv[3], argv[4], &options);
   } else if (strcmp(test, "fit") == 0 && argc == 5) {
     fit_judges_the_test(argv[2], argv[3], argv[4]);
+  } else if (strcmp(test, "rigs") == 0 && argc == 6) {
+    rigs_are_matched_together(argv[2], argv[3], argv[4], argv[5]);
   } else if (strcmp(test, "refusals") == 0 && argc == 5) {
     arguments_are_checked(argv[2], argv[3]);
     a_wrong_endpoint_is_named(argv[4]);

@@ -30,6 +30,8 @@ void every_capture_has_one_result(const char* frames, const char* results, const
 
 void fit_judges_the_test(const char* frames, const char* results, const char* clouds);
 
+void rigs_are_matched_together(const char* left, const char* right, const char* results, const char* clouds);
+
 /* refusals.c */
 void arguments_are_checked(const char* frames, const char* results);
 void a_wrong_endpoint_is_named(const char* nobody);

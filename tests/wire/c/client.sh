@@ -16,14 +16,19 @@ trap '[ -z "$server" ] || kill -9 "$server" 2>/dev/null || true; rm -rf "$work"'
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 
 start() { # method, endpoint of frames, of results, further arguments
-  "$build/tools/serve/lbea-serve" "$model" --pose "$sensor" --method "$1" --json --frames "$2" --results "$3" "${@:4}" >"$work/tally" 2>"$work/log" &
+  serve --pose "$sensor" --method "$1" --frames "$2" --results "$3" "${@:4}"
+}
+serve() { # arguments
+  "$build/tools/serve/lbea-serve" "$model" --json "$@" >"$work/tally" 2>"$work/log" &
   server=$!
   for _ in $(seq 600); do
-    grep -q 'ready: frames on ' "$work/log" && break
+    grep -q 'ready: frames ' "$work/log" && break
     kill -0 "$server" 2>/dev/null || fail "lbea-serve ended:" "$(cat "$work/log")"
     sleep 0.1
   done
   frames=$(sed -n 's/.*frames on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+  left=$(sed -n 's/.*frames of left on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+  right=$(sed -n 's/.*frames of right on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
   results=$(sed -n 's/.*results on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
 }
 # Ends lbea-serve, which exits with 1 because captures were dropped, and checks its account.
@@ -50,6 +55,13 @@ for transport in $transports; do
   "${client[@]}" fit "$frames" "$results" "$clouds"
   kill -INT "$server"
   wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/log")"
+  ends_of_rigs=("tcp://127.0.0.1:*" "tcp://127.0.0.1:*")
+  if [ "$transport" = ipc ]; then ends_of_rigs=("ipc://$work/left" "ipc://$work/right"); fi
+  serve --frames "left=${ends_of_rigs[0]}" --frames "right=${ends_of_rigs[1]}" --pose "left=$sensor" \
+    --pose "right=$sensor" --results "${ends[1]}" --wait-us 1000000
+  "${client[@]}" rigs "$left" "$right" "$results" "$clouds"
+  kill -INT "$server"
+  wait "$server" || fail "lbea-serve lost frames of rigs:" "$(cat "$work/log")"
   start lbea "${ends[@]}"
   nobody="ipc://$work/nobody"
   if [ "$transport" = tcp ]; then nobody=tcp://127.0.0.1:1; fi

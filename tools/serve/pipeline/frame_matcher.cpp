@@ -55,8 +55,8 @@ void FrameMatcher::finish_oldest() noexcept {
   Outcome& outcome = queues_.outcomes.wait_and_claim();  // filled when it was matched
   if (engine_.matches_frames_alone()) begin_test_of(slot);
   if (!slot.header.end_of_stream) fill_test(outcome, engine_, match_of(outcome));
-  queues_.account.counters.count(outcome.result.status);
-  queues_.frames.release();
+  queues_.accounts[slot.rig].counters.count(outcome.result.status);
+  queues_.release_frame();
   queues_.outcomes.publish();
   ++rounds_;
   turns_.end_turn();

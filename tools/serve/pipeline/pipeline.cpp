@@ -12,31 +12,75 @@ PipelineConfig described(PipelineConfig config) {
   return config;
 }
 
+std::vector<wire::FrameSource> only(wire::FrameSource source) {
+  std::vector<wire::FrameSource> sources;
+  sources.push_back(std::move(source));
+  return sources;
+}
+
 }  // namespace
 
+Pipeline::Rig::Rig(wire::FrameSource frames, const PipelineConfig& config, PipelineQueues& queues, std::uint32_t number)
+    : enqueuer(config, queues, number),
+      receiver(std::move(frames), config.limits, config.sender_timeout, queues.accounts[number], enqueuer) {
+  if (config.one_sender) receiver.allow_one_sender();
+}
+
+Pipeline::Pipeline(PipelineConfig config, const TestEngine& engine, std::vector<wire::FrameSource> frames,
+                   wire::ResultSink results)
+    : queues_(config), config_(described(std::move(config))), publisher_(config_, engine, std::move(results), queues_) {
+  for (wire::FrameSource& source : frames)
+    rigs_.emplace_back(std::move(source), config_, queues_, static_cast<std::uint32_t>(rigs_.size()));
+}
+
 Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results)
-    : queues_(config),
-      config_(described(std::move(config))),
-      enqueuer_(config_, queues_),
-      receiver_(std::move(frames), config_.limits, config_.sender_timeout, queues_.account, enqueuer_),
-      matcher_(config_, engine, queues_),
-      publisher_(config_, engine, std::move(results), queues_) {
-  if (config_.one_sender) receiver_.allow_one_sender();
-  try {
-    publishing_ = std::thread(&ResultPublisher::run, &publisher_);
-    for (std::uint32_t i = 0; i < config_.matchers; ++i) matching_.emplace_back(&FrameMatcher::run, &matcher_, i);
-    receiving_ = std::thread(&FrameReceiver::run, &receiver_);
-  } catch (...) {  // the destructor does not run
-    stop();
-    throw;
-  }
+    : Pipeline(std::move(config), static_cast<const TestEngine&>(engine), only(std::move(frames)), std::move(results)) {
+  matcher_.emplace(config_, engine, queues_);
+  start();
+}
+
+Pipeline::Pipeline(PipelineConfig config, RigEngine& engine, std::vector<wire::FrameSource> frames,
+                   wire::ResultSink results)
+    : Pipeline(std::move(config), static_cast<const TestEngine&>(engine), std::move(frames), std::move(results)) {
+  captures_.emplace(config_, engine, queues_);
+  start();
+}
+
+/// The destructor runs when this throws: the constructor that was called first has ended.
+void Pipeline::start() {
+  publishing_ = std::thread(&ResultPublisher::run, &publisher_);
+  if (captures_) matching_.emplace_back(&CaptureMatcher::run, &*captures_);
+  for (std::uint32_t i = 0; matcher_ && i < config_.matchers; ++i)
+    matching_.emplace_back(&FrameMatcher::run, &*matcher_, i);
+  receiving_ = std::thread(&Pipeline::receive, this);
+}
+
+void Pipeline::receive() noexcept {
+  if (rigs_.size() == 1) return rigs_.front().receiver.run();
+  std::vector<FrameReceiver*> receivers;
+  for (Rig& rig : rigs_) receivers.push_back(&rig.receiver);
+  FrameReceiver::run_together(receivers);
+}
+
+wire::PeerCounts Pipeline::frame_peers() const noexcept {
+  wire::PeerCounts sum;
+  for (const Rig& rig : rigs_) sum += rig.receiver.peers();
+  return sum;
+}
+
+std::vector<PeerLog> Pipeline::peer_logs() {
+  std::vector<PeerLog> logs;
+  for (std::size_t rig = 0; rig < rigs_.size(); ++rig)
+    logs.emplace_back(config_.rigs.empty() ? "frames" : "frames of " + config_.rigs[rig].name, rigs_[rig].receiver);
+  logs.emplace_back("results", publisher_);
+  return logs;
 }
 
 Pipeline::~Pipeline() { stop(); }
 
 /// Each thread ends after the queue before it is closed, also when the thread before it never started.
 void Pipeline::stop() {
-  receiver_.stop();
+  for (Rig& rig : rigs_) rig.receiver.stop();
   if (receiving_.joinable()) receiving_.join();
   queues_.frames.close();
   for (std::thread& thread : matching_)

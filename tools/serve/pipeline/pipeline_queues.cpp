@@ -2,6 +2,18 @@
 
 namespace lbea::tool {
 
+wire::Counters PipelineQueues::counters() const noexcept {
+  wire::Counters sum;
+  for (const SharedAccount& account : accounts) sum += account.counters.load();
+  return sum;
+}
+
+std::vector<wire::WireSender> PipelineQueues::senders() const {
+  std::vector<wire::WireSender> all;
+  for (const SharedAccount& account : accounts) std::ranges::copy(account.senders.load(), std::back_inserter(all));
+  return all;
+}
+
 constexpr std::uint64_t max_announced = 1000;  // results for one gap; the rest is only counted
 
 bool RateLimit::allows(Clock::time_point now) noexcept {
@@ -19,15 +31,17 @@ void FrameEnqueuer::on_frame(const ReceivedFrame& frame) noexcept {
     reject(frame.status, frame);
   } else if (is_end || frame.is_draining) {
     enqueue(queues_.frames.wait_and_claim(), frame);
-  } else if (FrameSlot* slot = queues_.frames.claim()) {
+  } else if (FrameSlot* slot = has_room() ? queues_.frames.claim() : nullptr) {
     enqueue(*slot, frame);
   } else {
     reject(wire::WireStatus::queue_full, frame);
   }
   // After the matcher has its copy, so that it does not wait for the observer's.
   if (observer_ == nullptr) return;
-  if (frame.status == wire::WireStatus::ok) observer_->frame_of_test(frame.decoder.header(), frame.receive_ns);
-  observer_->frame(frame.message, frame.decoder.header(), frame.receive_ns);
+  const wire::FrameHeader& header = frame.decoder.header();
+  if (frame.status == wire::WireStatus::ok)
+    observer_->frame_of_test(config_.common_stamp_ns(rig_, header.stamp_ns), frame.receive_ns);
+  observer_->frame(frame.message, header, {frame.receive_ns, rig_});
 }
 
 void FrameEnqueuer::on_absent(wire::WireStatus status, std::uint64_t session, IdRange ids,
@@ -37,7 +51,7 @@ void FrameEnqueuer::on_absent(wire::WireStatus status, std::uint64_t session, Id
   header.session = session;
   for (header.id = ids.first; header.id - ids.first < announced; ++header.id)
     push_rejection(status, header, receive_ns);
-  if (ids.count > announced) queues_.account.counters.count_unannounced(ids.count - announced);
+  if (ids.count > announced) counters().count_unannounced(ids.count - announced);
 }
 
 void FrameEnqueuer::on_control(const wire::Control& control) noexcept {
@@ -50,25 +64,32 @@ void FrameEnqueuer::enqueue(FrameSlot& slot, const ReceivedFrame& frame) noexcep
   slot.header.cloud = {};
   frame.decoder.read_points(slot.points);
   slot.receive_ns = frame.receive_ns;
+  slot.rig = rig_;
   slot.queued = RateLimit::Clock::now();
   slot.decode_ns = since_ns(frame.begin);
+  ++queues_.queued[rig_];
   queues_.frames.publish();
+}
+
+/// Whether the rig has not used up its share of the queue.
+bool FrameEnqueuer::has_room() const noexcept {
+  return config_.rigs.empty() || queues_.queued[rig_] < config_.queue_slots;
 }
 
 void FrameEnqueuer::reject(wire::WireStatus status, const ReceivedFrame& frame) noexcept {
   const wire::FrameHeader& header = frame.decoder.header();
-  queues_.account.counters.count(status);
+  counters().count(status);
   if (header.identified || unidentified_limit_.allows(RateLimit::Clock::now())) {
     push_rejection(status, header, frame.receive_ns);
   } else {
-    queues_.account.counters.count_unannounced();
+    counters().count_unannounced();
   }
 }
 
 void FrameEnqueuer::push_rejection(wire::WireStatus status, const wire::FrameHeader& header,
                                    std::int64_t receive_ns) noexcept {
   wire::WireResult* rejection = queues_.rejections.claim();
-  if (rejection == nullptr) return queues_.account.counters.count_unannounced();
+  if (rejection == nullptr) return counters().count_unannounced();
   *rejection = {};
   rejection->session = header.session;
   rejection->frame_id = header.id;

@@ -2,6 +2,7 @@
 // them, and the account of the run. And the intake, which fills the queues.
 #pragma once
 
+#include "tools/serve/pipeline/capture_grouping.hpp"
 #include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/frame_receiver.hpp"
 #include "tools/shared/intake/run_observer.hpp"
@@ -11,6 +12,12 @@
 
 namespace lbea::tool {
 
+/// One of several rigs.
+struct PipelineRig {
+  std::string name;
+  std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of the common clock
+};
+
 /// When the sender's clock shows the impact, and the longest time of a sample after it.
 struct ExpectedImpact {
   std::int64_t trigger_ns = 0;
@@ -19,11 +26,13 @@ struct ExpectedImpact {
 
 struct PipelineConfig {
   wire::WireLimits limits;
-  std::uint32_t queue_slots = 16;  // frames that may wait for the matcher; 1.5 MB each at 131,072 points
+  std::uint32_t queue_slots = 16;  // frames of a rig that may wait for the matcher; 1.5 MB each at 131,072 points
   std::uint32_t matchers = 1;      // matching threads; each has a frame beside the queue, but for one
   std::uint32_t max_matches = MatcherConfig{}.max_matches;
   std::chrono::milliseconds state_interval{500};
   std::chrono::milliseconds sender_timeout = IdTracker::default_sender_timeout;
+  std::vector<PipelineRig> rigs{};                // empty: one
+  GroupingConfig grouping{};                      // of the frames of several rigs
   bool one_sender = false;                        // see FrameReceiver::allow_one_sender
   double unidentified_results_per_second = 1000;  // results for messages without a readable id
   std::optional<ExpectedImpact> impact{};         // if it was given: stamps far from it are logged
@@ -31,12 +40,21 @@ struct PipelineConfig {
   /// Called once on each matching thread, with its number, before the first frame; may be empty.
   std::function<void(std::uint32_t)> on_matching_thread;
   RunObserver* observer = nullptr;  // optional; must outlive the pipeline
+
+  [[nodiscard]] std::size_t rig_count() const noexcept { return std::max<std::size_t>(rigs.size(), 1); }
+  /// Wraps around.
+  [[nodiscard]] std::int64_t common_stamp_ns(std::uint32_t rig, std::int64_t stamp_ns) const noexcept {
+    const std::int64_t offset_ns = rig < rigs.size() ? rigs[rig].clock_offset_ns : 0;
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(stamp_ns) + static_cast<std::uint64_t>(offset_ns));
+  }
+  [[nodiscard]] std::size_t queue_capacity() const noexcept { return queue_slots * rig_count() + matchers - 1; }
 };
 
 struct FrameSlot {
   wire::FrameHeader header;   // without frame_id and cloud, which refer to the message
   std::vector<Point> points;  // max_points, of which header.points are filled
   std::int64_t receive_ns = 0;
+  std::uint32_t rig = 0;
   std::uint32_t decode_ns = 0;
   std::chrono::steady_clock::time_point queued;
 };
@@ -44,23 +62,34 @@ struct FrameSlot {
 struct PipelineQueues {
   /// Allocates all slots.
   explicit PipelineQueues(const PipelineConfig& config)
-      : frames(config.queue_slots + config.matchers - 1, &matcher_bell),
+      : frames(config.queue_capacity(), &matcher_bell),
         outcomes(64, &publisher_bell),
-        rejections(4096, &publisher_bell) {
+        rejections(4096, &publisher_bell),
+        accounts(config.rig_count()),
+        queued(config.rig_count()) {
     for (FrameSlot& slot : frames.slots()) slot.points.resize(config.limits.max_points);
     for (Outcome& outcome : outcomes.slots()) reserve(outcome, config.max_matches);
   }
+  /// The oldest frame has a status. Matching threads, one at a time.
+  void release_frame() noexcept {
+    --queued[frames.front()->rig];
+    frames.release();
+  }
+  /// Of all rigs. Any thread.
+  [[nodiscard]] wire::Counters counters() const noexcept;
+  [[nodiscard]] std::vector<wire::WireSender> senders() const;
   void request_state() noexcept {
     state_requested = true;
     publisher_bell.ring();
   }
 
   Doorbell matcher_bell, publisher_bell;
-  Channel<FrameSlot> frames;             // receiver to matchers
-  Channel<Outcome> outcomes;             // matchers to publisher
-  Channel<wire::WireResult> rejections;  // receiver to publisher: rejected and dropped frames
-  SharedAccount account;
-  std::atomic<bool> state_requested{false};  // publish a state before its regular time
+  Channel<FrameSlot> frames;                       // receiver to matchers
+  Channel<Outcome> outcomes;                       // matchers to publisher
+  Channel<wire::WireResult> rejections;            // receiver to publisher: rejected and dropped frames
+  std::vector<SharedAccount> accounts;             // of each rig
+  std::vector<std::atomic<std::uint32_t>> queued;  // frames of each rig in the queue
+  std::atomic<bool> state_requested{false};        // publish a state before its regular time
 };
 
 /// The longest time that a thread waits without looking at its queues.
@@ -88,12 +117,17 @@ class RateLimit {
   Clock::time_point last_{};
 };
 
-/// The receiving thread's: puts received frames into the matcher's queue and rejections into the publisher's. A capture
-/// that cannot be matched still gets a result; without room for it, the capture is counted as unannounced.
+/// The receiving thread's, one per rig: puts received frames into the matcher's queue and rejections into the
+/// publisher's. A capture that cannot be matched still gets a result; without room for it, the capture is counted as
+/// unannounced.
 class FrameEnqueuer final : public IntakeSink {
  public:
-  FrameEnqueuer(const PipelineConfig& config, PipelineQueues& queues)
-      : unidentified_limit_(config.unidentified_results_per_second), observer_(config.observer), queues_(queues) {}
+  FrameEnqueuer(const PipelineConfig& config, PipelineQueues& queues, std::uint32_t rig)
+      : config_(config),
+        rig_(rig),
+        unidentified_limit_(config.unidentified_results_per_second),
+        observer_(config.observer),
+        queues_(queues) {}
   void on_frame(const ReceivedFrame& frame) noexcept override;
   void on_absent(wire::WireStatus status, std::uint64_t session, IdRange ids,
                  std::int64_t receive_ns) noexcept override;
@@ -101,9 +135,14 @@ class FrameEnqueuer final : public IntakeSink {
 
  private:
   void enqueue(FrameSlot& slot, const ReceivedFrame& frame) noexcept;
+  [[nodiscard]] bool has_room() const noexcept;
   void reject(wire::WireStatus status, const ReceivedFrame& frame) noexcept;
   void push_rejection(wire::WireStatus status, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept;
 
+  [[nodiscard]] SharedCounters& counters() noexcept { return queues_.accounts[rig_].counters; }
+
+  const PipelineConfig& config_;
+  std::uint32_t rig_;
   RateLimit unidentified_limit_;
   RunObserver* observer_;  // optional
   PipelineQueues& queues_;

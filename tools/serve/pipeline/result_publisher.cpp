@@ -22,7 +22,7 @@ LatencyHistogram::Counts LatencyHistogram::counts() const noexcept {
   return counts;
 }
 
-ResultPublisher::ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink,
+ResultPublisher::ResultPublisher(const PipelineConfig& config, const TestEngine& engine, wire::ResultSink sink,
                                  PipelineQueues& queues)
     : config_(config), engine_(engine), sink_(std::move(sink)), queues_(queues), state_(config.description) {}
 
@@ -50,17 +50,23 @@ void ResultPublisher::run() noexcept {
 
 void ResultPublisher::write_log() {
   log_.write();
-  log_.write(queues_.account.senders.load());
+  log_.write(queues_.senders());
   log_.write(counters());
 }
 
 wire::Counters ResultPublisher::counters() const noexcept {
-  wire::Counters counters = queues_.account.counters.load();
+  wire::Counters counters = queues_.counters();
   if (config_.observer == nullptr) return counters;
   const RunObserver::Counts counts = config_.observer->counts();
   counters.recorded = counts.recorded;
   counters.unrecorded = counts.unrecorded;
   return counters;
+}
+
+std::vector<wire::WireRig> ResultPublisher::rigs() const {
+  std::vector<wire::WireRig> rigs = config_.description.rigs;
+  for (std::size_t rig = 0; rig < rigs.size(); ++rig) rigs[rig].counters = queues_.accounts[rig].counters.load();
+  return rigs;
 }
 
 bool ResultPublisher::publish_queued() noexcept {
@@ -96,7 +102,9 @@ void ResultPublisher::send_result() noexcept {
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->result(message, result_);
   channels_.add(result_);
-  log_.note(result_.status, result_.session, {result_.frame_id, 1});
+  wire::for_each_frame(result_, [this](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
+    log_.note(status, session, {id, 1});
+  });
   if (undeformed_.add(result_) && undeformed_.is_low())
     log_.note_low_coverage(result_.session, result_.frame_id, result_.coverage);
   departed_.add(result_);
@@ -131,7 +139,8 @@ void ResultPublisher::publish_state() noexcept {
   state_.sequence = sequence_++;
   state_.publish_ns = wire::wall_clock_ns();
   state_.queue_used = static_cast<std::uint32_t>(queues_.frames.used());
-  state_.senders = queues_.account.senders.load();
+  state_.senders = queues_.senders();
+  state_.rigs = rigs();
   state_.counters = counters();  // after the senders, so that an ended sender's frames are included
   if (config_.observer != nullptr) state_.recording = config_.observer->recording();
   const wire::Message message = encoder_.state(state_);

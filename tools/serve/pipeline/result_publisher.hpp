@@ -32,7 +32,7 @@ class LatencyHistogram {
 class ResultPublisher {
  public:
   /// `config` must outlive the publisher.
-  ResultPublisher(const PipelineConfig& config, const MatchEngine& engine, wire::ResultSink sink,
+  ResultPublisher(const PipelineConfig& config, const TestEngine& engine, wire::ResultSink sink,
                   PipelineQueues& queues);
   /// Runs until the queue of outcomes is closed and everything is published.
   void run() noexcept;
@@ -41,6 +41,8 @@ class ResultPublisher {
   // Any thread:
   /// The counters as a result published now would carry them.
   [[nodiscard]] wire::Counters counters() const noexcept;
+  /// Of each of several rigs; otherwise empty.
+  [[nodiscard]] std::vector<wire::WireRig> rigs() const;
   [[nodiscard]] wire::PeerCounts peers() const noexcept { return sink_.peers(); }
   [[nodiscard]] std::vector<wire::PeerVisit> visits() { return sink_.visits(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
@@ -58,7 +60,7 @@ class ResultPublisher {
   void publish_state() noexcept;
 
   const PipelineConfig& config_;
-  const MatchEngine& engine_;
+  const TestEngine& engine_;
   wire::ResultSink sink_;
   PipelineQueues& queues_;
   wire::Encoder encoder_;

@@ -79,6 +79,7 @@ Option* Option::group(const std::string& heading) { return option_->group(headin
 Option* Option::default_text(const std::string& text) { return option_->default_str(text), this; }
 Option* Option::delimiter(char between_values) { return option_->delimiter(between_values), this; }
 Option* Option::expected(int values) { return option_->expected(values), this; }
+Option* Option::repeatable() { return option_->allow_extra_args(false), this; }
 
 CommandLine::CommandLine(const std::string& program, const std::string& description, const std::string& footer)
     : program_(program), owned_(std::make_unique<CLI::App>(description, program)), app_(owned_.get()) {

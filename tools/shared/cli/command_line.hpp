@@ -60,6 +60,8 @@ class Option {
   Option* default_text(const std::string& text);
   Option* delimiter(char between_values);
   Option* expected(int values);
+  /// One value each time that the option is given.
+  Option* repeatable();
 
  private:
   CLI::Option* option_;

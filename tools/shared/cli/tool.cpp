@@ -120,13 +120,13 @@ std::string canonical_endpoint(const std::string& address) {
 }
 }  // namespace
 
-void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options) {
-  std::map<std::string, const char*> owners;
+void require_distinct_endpoints(const std::vector<std::pair<std::string, std::string>>& options) {
+  std::map<std::string, std::string> owners;
   for (const auto& [name, address] : options) {
     if (address.empty() || address.ends_with(":*")) continue;
     const auto [owner, is_new] = owners.emplace(canonical_endpoint(address), name);
     if (!is_new)
-      throw WrongUsage(std::string(owner->second) + " and " + name + " are both \"" + address +
+      throw WrongUsage(owner->second + " and " + name + " are both \"" + address +
                        "\"; give each an endpoint of its own");
   }
 }

@@ -38,7 +38,7 @@ class Tool : public CommandLine {
 
 /// Refuses two options with the same endpoint, before the second bind fails with a less clear error. Options by name
 /// with their addresses, empty when not given; "any free port" is never the same. Throws WrongUsage.
-void require_distinct_endpoints(std::initializer_list<std::pair<const char*, std::string>> options);
+void require_distinct_endpoints(const std::vector<std::pair<std::string, std::string>>& options);
 
 /// Set by SIGINT, SIGTERM and SIGHUP (the terminal has closed) after catch_stop_signals(): loops check it and end
 /// cleanly.

@@ -115,13 +115,15 @@ class PeerLog {
   using Clock = std::chrono::steady_clock;
   /// `endpoint`: its name in the log. `socket`: has the functions visits() and peers().
   template <class Socket>
-  PeerLog(const char* endpoint, Socket& socket)
-      : endpoint_(endpoint), visits_([&] { return socket.visits(); }), counts_([&] { return socket.peers(); }) {}
+  PeerLog(std::string endpoint, Socket& socket)
+      : endpoint_(std::move(endpoint)),
+        visits_([&] { return socket.visits(); }),
+        counts_([&] { return socket.peers(); }) {}
   /// Call often.
   void poll(Clock::time_point now);
 
  private:
-  const char* endpoint_;
+  std::string endpoint_;
   std::function<std::vector<wire::PeerVisit>()> visits_;
   std::function<wire::PeerCounts()> counts_;
   Clock::time_point next_{};

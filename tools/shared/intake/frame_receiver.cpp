@@ -52,6 +52,32 @@ void FrameReceiver::run() noexcept {
   publish_senders(Clock::now(), Clock::duration(-1));  // no goodbye can follow: who has said none is silent
 }
 
+void FrameReceiver::run_together(std::span<FrameReceiver* const> receivers) noexcept {
+  std::vector<const wire::FrameSource*> sources;
+  for (const FrameReceiver* receiver : receivers) sources.push_back(&receiver->source_);
+  const auto is_stopping = [&] {
+    return std::ranges::any_of(receivers, [](const FrameReceiver* receiver) { return receiver->stopping_.load(); });
+  };
+  while (!is_stopping()) receive_from_any(receivers, sources, receive_timeout, false);
+  for (const auto stopped = Clock::now();
+       Clock::now() - stopped < max_drain && receive_from_any(receivers, sources, drain_timeout, true);) {}
+  for (FrameReceiver* receiver : receivers) receiver->publish_senders(Clock::now(), Clock::duration(-1));
+}
+
+/// At most one message of each. Whether one arrived within `timeout`.
+bool FrameReceiver::receive_from_any(std::span<FrameReceiver* const> receivers,
+                                     std::span<const wire::FrameSource* const> sources,
+                                     std::chrono::milliseconds timeout, bool is_draining) noexcept {
+  const auto receive_all = [&] {
+    bool any = false;
+    for (FrameReceiver* receiver : receivers) any = receiver->receive_next(0ms, is_draining) || any;
+    return any;
+  };
+  if (receive_all()) return true;
+  wire::wait_for_any(sources, timeout);
+  return receive_all();
+}
+
 /// Whether a message arrived.
 bool FrameReceiver::receive_next(std::chrono::milliseconds timeout, bool is_draining) noexcept {
   ++rounds_;

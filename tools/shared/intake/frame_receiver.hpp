@@ -88,6 +88,8 @@ class FrameReceiver {
   void allow_one_sender() { ids_.allow_one_sender(sender_timeout_); }
   /// Runs until stop(), then takes in what has already arrived.
   void run() noexcept;
+  /// The same for several receivers on one thread, until one of them is stopped.
+  static void run_together(std::span<FrameReceiver* const> receivers) noexcept;
   // Any thread:
   void stop() noexcept { stopping_ = true; }
   [[nodiscard]] wire::PeerCounts peers() const noexcept { return source_.peers(); }
@@ -97,6 +99,9 @@ class FrameReceiver {
  private:
   using Clock = IdTracker::Clock;
   bool receive_next(std::chrono::milliseconds timeout, bool is_draining) noexcept;
+  static bool receive_from_any(std::span<FrameReceiver* const> receivers,
+                               std::span<const wire::FrameSource* const> sources, std::chrono::milliseconds timeout,
+                               bool is_draining) noexcept;
   void receive(wire::Message message, bool is_draining) noexcept;
   bool receive_control(wire::Message message, std::int64_t receive_ns) noexcept;
   [[nodiscard]] wire::WireStatus account_for(wire::WireStatus status, std::int64_t receive_ns) noexcept;

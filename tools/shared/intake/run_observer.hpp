@@ -6,6 +6,12 @@
 
 namespace lbea::tool {
 
+/// When a frame was received, and from which of several rigs.
+struct Arrival {
+  std::int64_t receive_ns = 0;
+  std::uint32_t rig = 0;
+};
+
 class RunObserver {
  public:
   struct Counts {
@@ -13,10 +19,11 @@ class RunObserver {
     std::uint64_t unrecorded = 0;  // frames and results that are missing from the file
   };
   virtual ~RunObserver() = default;
-  /// Receiving thread, before frame(): the message is a frame of the running test. It may still find no room.
-  virtual void frame_of_test(const wire::FrameHeader&, std::int64_t /*receive_ns*/) noexcept {}
+  /// Receiving thread, before frame(): the message is a frame of the running test, captured at `stamp_ns` of the
+  /// rigs' common clock. It may still find no room.
+  virtual void frame_of_test(std::int64_t /*stamp_ns*/, std::int64_t /*receive_ns*/) noexcept {}
   /// Receiving thread. Every message as received, whatever its status; it is valid during the call.
-  virtual void frame(wire::Message, const wire::FrameHeader&, std::int64_t /*receive_ns*/) noexcept {}
+  virtual void frame(wire::Message, const wire::FrameHeader&, const Arrival&) noexcept {}
   /// Publishing thread. A published message, encoded and decoded.
   virtual void result(wire::Message, const wire::WireResult&) noexcept {}
   virtual void state(wire::Message, const wire::WireState&) noexcept {}
@@ -33,11 +40,11 @@ class RunObservers final : public RunObserver {
   void add(RunObserver* observer) {
     if (observer != nullptr) observers_.push_back(observer);
   }
-  void frame_of_test(const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override {
-    for (RunObserver* observer : observers_) observer->frame_of_test(header, receive_ns);
+  void frame_of_test(std::int64_t stamp_ns, std::int64_t receive_ns) noexcept override {
+    for (RunObserver* observer : observers_) observer->frame_of_test(stamp_ns, receive_ns);
   }
-  void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override {
-    for (RunObserver* observer : observers_) observer->frame(message, header, receive_ns);
+  void frame(wire::Message message, const wire::FrameHeader& header, const Arrival& arrival) noexcept override {
+    for (RunObserver* observer : observers_) observer->frame(message, header, arrival);
   }
   void result(wire::Message message, const wire::WireResult& result) noexcept override {
     for (RunObserver* observer : observers_) observer->result(message, result);

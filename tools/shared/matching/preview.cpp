@@ -25,7 +25,10 @@ void thin(std::vector<Point>& points, std::uint32_t max_points, const RigidTrans
 }
 
 Preview::Preview(wire::WireContext& context, const std::string& endpoint, const PreviewConfig& config)
-    : config_(config), sink_(context, endpoint, clouds_held, config.access), decoder_(config.limits) {
+    : config_(config),
+      sink_(context, endpoint, clouds_held, config.access),
+      last_(config.T_reference_sensor.size()),
+      decoder_(config.limits) {
   waiting_.reserve(std::size_t{config.limits.max_points} * sizeof(Point) + 4096);
   points_.reserve(config.limits.max_points);
   thread_ = std::thread(&Preview::run, this);
@@ -40,15 +43,16 @@ Preview::~Preview() {
   thread_.join();
 }
 
-void Preview::frame(wire::Message message, const wire::FrameHeader& header, std::int64_t) noexcept {
+void Preview::frame(wire::Message message, const wire::FrameHeader& header, const Arrival& arrival) noexcept {
   const auto now = Clock::now();
-  if (header.end_of_stream || header.cloud.empty() || now - last_ < config_.interval) return;
+  if (header.end_of_stream || header.cloud.empty() || now - last_[arrival.rig] < config_.interval) return;
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock || has_waiting_ || message.size() > waiting_.capacity()) return;
   // A message beyond the capacity has too many or very wide points; nothing is allocated for it.
   waiting_.assign(message.begin(), message.end());
+  waiting_rig_ = arrival.rig;
   has_waiting_ = true;
-  last_ = now;
+  last_[arrival.rig] = now;
   wake_.notify_one();
 }
 
@@ -61,18 +65,19 @@ void Preview::run() noexcept {
     if (stopping_) return;
     message.swap(waiting_);
     has_waiting_ = false;
+    const std::uint32_t rig = waiting_rig_;
     lock.unlock();
-    publish(message);
+    publish(message, rig);
     lock.lock();
   }
 }
 
-void Preview::publish(wire::Message message) {
+void Preview::publish(wire::Message message, std::uint32_t rig) {
   if (decoder_.open(message) != wire::WireStatus::ok) return;
   const wire::FrameHeader& header = decoder_.header();
   points_.resize(header.points);
   decoder_.read_points(points_);
-  thin(points_, config_.max_points, config_.T_reference_sensor);
+  thin(points_, config_.max_points, config_.T_reference_sensor[rig]);
   sink_.send(encoder_.frame({header.id, header.stamp_ns, points_}, header.session, "reference"));
 }
 

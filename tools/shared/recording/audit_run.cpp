@@ -125,15 +125,19 @@ class RunAuditor {
     }
     ++audit_.results_by_status[std::string(wire::to_string(result_.status))];
     update_counters(result_.sequence, result_.counters);
-    const Capture capture{result_.session, result_.frame_id, result_.receive_ns};
-    const wire::Fate fate = wire::fate_of(result_.status);
+    wire::for_each_frame(result_, [this](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
+      add_answer({session, id, result_.receive_ns}, status);
+    });
+  }
+
+  void add_answer(const Capture& capture, wire::WireStatus status) {
+    const wire::Fate fate = wire::fate_of(status);
     Captures& captures = sessions_[capture.session];
+    const bool is_absent = status == wire::WireStatus::missed || status == wire::WireStatus::withheld;
     if (fate == wire::Fate::not_a_capture) captures.end = capture.id;
     if (fate == wire::Fate::matched) matched_.push_back(capture);
-    if (result_.status == wire::WireStatus::queue_full || result_.status == wire::WireStatus::other_sender)
-      dropped_.push_back(capture);
-    if (result_.status == wire::WireStatus::missed || result_.status == wire::WireStatus::withheld)
-      captures.absent.push_back(capture.id);
+    if (fate == wire::Fate::dropped && !is_absent) dropped_.push_back(capture);
+    if (is_absent) captures.absent.push_back(capture.id);
     if (fate != wire::Fate::rejected) return;
     refused_.push_back(capture);
     captures.refused.push_back(capture.id);
@@ -239,8 +243,7 @@ void read_closing(RunAudit& audit, const mcap::Texts& texts) {
 void read_metadata(RunAudit& audit, const std::string& file) {
   audit.is_run = audit.file.header.profile == recording_profile;
   audit.is_replayed = audit.file.header.profile == results_profile;
-  for (const mcap::Metadata& metadata : audit.file.metadata)
-    if (metadata.name == settings_metadata_name) audit.settings = settings_from(metadata, file);
+  for (const mcap::Metadata& metadata : audit.file.metadata) read(metadata, audit.settings, file);
   if (audit.is_run && !audit.settings.record_window.empty())
     audit.window.emplace(RunAudit::Window{true});  // unless the closing metadata differ
   for (const mcap::Metadata& metadata : audit.file.metadata)

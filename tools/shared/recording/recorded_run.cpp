@@ -32,7 +32,8 @@ bool has_magic_at(const mcap::ByteSource& source, std::uint64_t offset) {
 std::optional<RecordedChannel> channel_of(const mcap::Channel& channel) {
   if (channel.topic == results_topic) return RecordedChannel{Kind::result};
   if (channel.topic == state_topic) return RecordedChannel{Kind::state};
-  if (channel.topic != frames_topic) return RecordedChannel{};
+  if (channel.topic != frames_topic && !channel.topic.starts_with(std::string(frames_topic) + "/"))
+    return RecordedChannel{};
   const auto session = hexadecimal_in(channel.metadata, session_key),
              id = hexadecimal_in(channel.metadata, id_high_key);
   return session && id && *id >> 32 == 0 ? std::optional(RecordedChannel{Kind::frame, *session, *id}) : std::nullopt;
@@ -68,7 +69,7 @@ void RecordedRun::read_front() {
     const auto record = reader_.next();
     if (record->opcode != mcap::Opcode::metadata) continue;
     const auto metadata = mcap::parse<mcap::Metadata>(record->content);
-    if (metadata && metadata->name == settings_metadata_name) settings_ = settings_from(*metadata, source_.name());
+    if (metadata) read(*metadata, settings_, source_.name());
   }
   rewind();
 }

@@ -71,6 +71,14 @@ void for_each_setting(Settings& settings, const Visit& visit) {
   visit("record_window", settings.record_window);
 }
 
+template <class Rig, class Visit>
+void for_each_rig_setting(Rig& rig, const Visit& visit) {
+  visit("name", rig.name);
+  visit("T_reference_sensor", rig.T_reference_sensor);
+  visit("clock_offset_ns", rig.clock_offset_ns);
+  visit("sensor_json", rig.sensor_json);
+}
+
 constexpr std::array<std::string_view, 3> condition_names{"active", "ended", "silent"};
 
 bool read(std::istream& in, wire::SenderCondition& condition) {
@@ -82,6 +90,7 @@ bool read(std::istream& in, wire::SenderCondition& condition) {
 }
 
 constexpr std::uint32_t most_matches = 1000;  // as lbea-serve accepts
+constexpr std::size_t most_rigs = 16;         // the same
 
 bool is_rigid(const RigidTransform& T) {
   constexpr double tolerance = 1e-3;
@@ -98,27 +107,44 @@ bool is_rigid(const RigidTransform& T) {
   return determinant > 0;
 }
 
-void check(const MatcherConfig& matcher, const std::string& file) {
-  const auto require = [&](bool holds, const std::string& what) {
-    if (!holds)
-      throw Error(Status::bad_input,
-                  file + ": " + what + "; lbea does not record this: check where the file comes from");
-  };
-  require(matcher.max_matches >= 1 && matcher.max_matches <= most_matches,
-          "max_matches is " + text(matcher.max_matches) + ", outside 1 to " + text(most_matches));
-  require(is_rigid(matcher.T_reference_sensor), "T_reference_sensor is not a rigid transform");
-  require(matcher.trusted_distance >= 0 && std::isfinite(matcher.trusted_distance),
-          "trusted_distance is " + text(matcher.trusted_distance));
-  require(matcher.min_coverage >= 0 && matcher.min_coverage <= 1, "min_coverage is " + text(matcher.min_coverage));
+void require(bool holds, const std::string& what, const std::string& file) {
+  if (!holds)
+    throw Error(Status::bad_input, file + ": " + what + "; lbea does not record this: check where the file comes from");
 }
+
+void check(const MatcherConfig& matcher, const std::string& file) {
+  require(matcher.max_matches >= 1 && matcher.max_matches <= most_matches,
+          "max_matches is " + text(matcher.max_matches) + ", outside 1 to " + text(most_matches), file);
+  require(is_rigid(matcher.T_reference_sensor), "T_reference_sensor is not a rigid transform", file);
+  require(matcher.trusted_distance >= 0 && std::isfinite(matcher.trusted_distance),
+          "trusted_distance is " + text(matcher.trusted_distance), file);
+  require(matcher.min_coverage >= 0 && matcher.min_coverage <= 1, "min_coverage is " + text(matcher.min_coverage),
+          file);
+}
+
+/// Reads a setting from its text, if there is one.
+struct SettingReader {
+  const mcap::Metadata& metadata;
+  const std::string& file;
+
+  template <class Value>
+  void operator()(const std::string& key, Value& value) const {
+    const auto found = metadata.texts.find(key);
+    if (found == metadata.texts.end()) return;
+    std::string_view rest = found->second;
+    if (!take(rest, value) || !rest.empty())
+      throw Error(Status::bad_input,
+                  file + ": its metadata \"" + metadata.name + "\" has no valid number in \"" + key +
+                      "\"; set it on the command line of a matcher instead of replaying into a model");
+  }
+};
 
 }  // namespace
 
 std::uint32_t checked_max_points(std::uint32_t points, const std::string& file) {
-  if (points > 0 && points <= wire::WireLimits::most_points) return points;
-  throw Error(Status::bad_input, file + ": max_points is " + std::to_string(points) + ", outside 1 to " +
-                                     std::to_string(wire::WireLimits::most_points) +
-                                     "; lbea does not record this: check where the file comes from");
+  require(points > 0 && points <= wire::WireLimits::most_points,
+          "max_points is " + text(points) + ", outside 1 to " + text(wire::WireLimits::most_points), file);
+  return points;
 }
 
 mcap::Metadata to_metadata(const RunSettings& settings) {
@@ -127,20 +153,36 @@ mcap::Metadata to_metadata(const RunSettings& settings) {
   return metadata;
 }
 
+mcap::Metadata to_metadata(const RigSettings& rig, std::size_t number) {
+  mcap::Metadata metadata{std::string(rig_metadata_name), {{"number", text(number)}}};
+  for_each_rig_setting(rig, [&](const char* key, const auto& value) { metadata.texts[key] = text(value); });
+  return metadata;
+}
+
+RigSettings rig_settings_from(const mcap::Metadata& metadata, const std::string& file) {
+  RigSettings rig;
+  for_each_rig_setting(rig, SettingReader{metadata, file});
+  require(is_rigid(rig.T_reference_sensor), "T_reference_sensor of rig " + rig.name + " is not a rigid transform",
+          file);
+  return rig;
+}
+
 RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file) {
   RunSettings settings;
-  for_each_setting(settings, [&](const std::string& key, auto& value) {
-    const auto found = metadata.texts.find(key);
-    if (found == metadata.texts.end()) return;
-    std::string_view rest = found->second;
-    if (!take(rest, value) || !rest.empty())
-      throw Error(Status::bad_input,
-                  file + ": its metadata \"" + metadata.name + "\" has no valid number in \"" + key +
-                      "\"; set it on the command line of a matcher instead of replaying into a model");
-  });
+  for_each_setting(settings, SettingReader{metadata, file});
   settings.matcher.max_points = checked_max_points(settings.matcher.max_points, file);
   check(settings.matcher, file);
   return settings;
+}
+
+void read(const mcap::Metadata& metadata, RunSettings& into, const std::string& file) {
+  if (metadata.name == settings_metadata_name) {
+    std::vector<RigSettings> rigs = std::move(into.rigs);
+    into = settings_from(metadata, file);
+    into.rigs = std::move(rigs);
+  } else if (metadata.name == rig_metadata_name && into.rigs.size() < most_rigs) {
+    into.rigs.push_back(rig_settings_from(metadata, file));
+  }
 }
 
 mcap::Metadata to_metadata(const std::vector<wire::WireSender>& senders, std::uint64_t interleaved) {

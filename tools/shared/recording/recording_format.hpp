@@ -10,14 +10,23 @@ namespace lbea::tool {
 
 inline constexpr std::string_view frames_topic = "/frames", results_topic = "/results", state_topic = "/state",
                                   recorder_topic = "/recorder";
-/// Metadata of frame channels, hexadecimal.
+/// Metadata of frame channels, hexadecimal. With several rigs, the topic ends with "/" and the rig's name.
 inline constexpr std::string_view session_key = "session", id_high_key = "id_high";
+inline constexpr std::string_view rig_key = "rig";
 /// Profiles of a run and of the results of lbea-replay.
 inline constexpr std::string_view recording_profile = "lbea", results_profile = "lbea.results";
 
 /// Channel ids; frame channels follow, one per session and upper half of the frame ids.
 inline constexpr std::uint16_t results_channel = 1, state_channel = 2, recorder_channel = 3, first_frames_channel = 4;
 inline constexpr std::uint16_t results_schema_id = 1, state_schema_id = 2, recorder_schema_id = 3, frames_schema_id = 4;
+
+/// One of several rigs.
+struct RigSettings {
+  std::string name;
+  RigidTransform T_reference_sensor = identity_transform;
+  std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of the common clock
+  std::string sensor_json{};         // the text of the rig's description; may be empty
+};
 
 /// How a run was matched, so that a replay can match in the same way.
 struct RunSettings {
@@ -31,16 +40,25 @@ struct RunSettings {
   std::uint32_t frames_alone = 0;    // 1: with fit, frames were matched without what the earlier ones have shown
   std::string sensor_json;           // the text of the rig's description; may be empty
   std::int64_t start_ns = 0;
-  std::string record_window{};  // BEFORE:AFTER in seconds; empty: everything was recorded
+  std::string record_window{};      // BEFORE:AFTER in seconds; empty: everything was recorded
+  std::vector<RigSettings> rigs{};  // empty: one rig, whose pose `matcher` has
 };
 
 inline constexpr std::string_view settings_metadata_name = "lbea.recording";
 [[nodiscard]] mcap::Metadata to_metadata(const RunSettings& settings);
+/// One record for each of several rigs, in their order.
+inline constexpr std::string_view rig_metadata_name = "lbea.recording.rig";
+[[nodiscard]] mcap::Metadata to_metadata(const RigSettings& rig, std::size_t number);
+/// Throws Error{bad_input} when a text is not a valid number where one is expected, or the pose is not rigid.
+[[nodiscard]] RigSettings rig_settings_from(const mcap::Metadata& metadata, const std::string& file);
 /// `points`. Throws Error{bad_input} when no program accepts so many: a matcher allocates memory for them.
 [[nodiscard]] std::uint32_t checked_max_points(std::uint32_t points, const std::string& file);
 /// Throws Error{bad_input} when a text is not a valid number where one is expected, or no matcher has such settings;
 /// `file` is for the message.
 [[nodiscard]] RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file);
+
+/// Adds what a record of metadata says, if it is one of the two above. Throws the same.
+void read(const mcap::Metadata& metadata, RunSettings& into, const std::string& file);
 
 /// The senders at the end of a recording without a matcher, from which missing captures are known. One text per
 /// session, with the session number in hexadecimal as key: first_id, next_id, received, missed, withheld, condition.

@@ -37,6 +37,8 @@ RecordingStart start_of(const RunSettings& settings) {
                     channel(state_channel, state_schema_id, state_topic, "flatbuffer"),
                     channel(recorder_channel, recorder_schema_id, recorder_topic, "json")};
   start.metadata = {to_metadata(settings)};
+  for (std::size_t rig = 0; rig < settings.rigs.size(); ++rig)
+    start.metadata.push_back(to_metadata(settings.rigs[rig], rig));
   start.status_channel = recorder_channel;
   return start;
 }
@@ -53,25 +55,26 @@ RunRecorder::RunRecorder(const std::filesystem::path& file, const RecorderConfig
 
 RunRecorder::RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RunSettings& settings)
     : recorder_(std::move(sink), config, start_of(settings)), trigger_stamp_ns_(never) {
+  for (const RigSettings& rig : settings.rigs) rigs_.push_back(rig.name);
   channels_.reserve(max_frame_channels);
 }
 
-void RunRecorder::frame_of_test(const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
-  if (header.stamp_ns >= trigger_stamp_ns_) recorder_.trigger(receive_ns);
+void RunRecorder::frame_of_test(std::int64_t stamp_ns, std::int64_t receive_ns) noexcept {
+  if (stamp_ns >= trigger_stamp_ns_) recorder_.trigger(receive_ns);
 }
 
-void RunRecorder::frame(wire::Message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept {
+void RunRecorder::frame(wire::Message, const wire::FrameHeader& header, const Arrival& arrival) noexcept {
   if (header.cloud.empty()) return;  // without a cloud: its result contains the reason, or it is the end of the stream
-  const std::uint16_t channel = channel_of(header.session, header.id);
+  const std::uint16_t channel = channel_of(header.session, header.id, arrival.rig);
   if (channel == 0) {
     ++without_channel_;
     return;
   }
-  recorder_.put(Recorder::Queue::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(receive_ns),
+  recorder_.put(Recorder::Queue::frames, {channel, static_cast<std::uint32_t>(header.id), time_of(arrival.receive_ns),
                                           time_of(header.stamp_ns), header.cloud});
 }
 
-std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) noexcept {
+std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id, std::uint32_t rig) noexcept {
   const auto id_high = static_cast<std::uint32_t>(id >> 32);
   const auto known = std::find_if(channels_.rbegin(), channels_.rend(),
                                   [&](const FrameChannel& c) { return c.session == session && c.id_high == id_high; });
@@ -80,9 +83,14 @@ std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id) n
   const auto next = static_cast<std::uint16_t>(first_frames_channel + channels_.size());
   mcap::Buffer record;
   try {
-    mcap::append(record, channel(next, frames_schema_id, frames_topic, "flatbuffer",
-                                 {{std::string(session_key), hexadecimal(session)},
-                                  {std::string(id_high_key), hexadecimal(id_high)}}));
+    mcap::Texts texts{{std::string(session_key), hexadecimal(session)},
+                      {std::string(id_high_key), hexadecimal(id_high)}};
+    std::string topic(frames_topic);
+    if (rig < rigs_.size()) {
+      topic += "/" + rigs_[rig];
+      texts[std::string(rig_key)] = rigs_[rig];
+    }
+    mcap::append(record, channel(next, frames_schema_id, topic, "flatbuffer", texts));
   } catch (const std::bad_alloc&) {
     return 0;  // this frame is lost and counted; the next one is another attempt
   }

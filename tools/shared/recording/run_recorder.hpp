@@ -14,8 +14,8 @@ class RunRecorder final : public RunObserver {
   /// Writes to any sink.
   RunRecorder(std::unique_ptr<mcap::Sink> sink, const RecorderConfig& config, const RunSettings& settings);
 
-  void frame_of_test(const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override;
-  void frame(wire::Message message, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept override;
+  void frame_of_test(std::int64_t stamp_ns, std::int64_t receive_ns) noexcept override;
+  void frame(wire::Message message, const wire::FrameHeader& header, const Arrival& arrival) noexcept override;
   void result(wire::Message message, const wire::WireResult& result) noexcept override;
   void state(wire::Message message, const wire::WireState& state) noexcept override;
   [[nodiscard]] Counts counts() const noexcept override;
@@ -43,10 +43,11 @@ class RunRecorder final : public RunObserver {
     std::uint16_t channel = 0;
   };
   /// 0 when there is no room for another channel.
-  std::uint16_t channel_of(std::uint64_t session, std::uint64_t id) noexcept;
+  std::uint16_t channel_of(std::uint64_t session, std::uint64_t id, std::uint32_t rig) noexcept;
 
   Recorder recorder_;
-  std::filesystem::path folder_;  // empty without a file
+  std::vector<std::string> rigs_;  // their names; empty: one rig
+  std::filesystem::path folder_;   // empty without a file
   std::atomic<std::uint64_t> free_bytes_{wire::WireRecording::unknown};
   std::vector<FrameChannel> channels_;  // used by the receiving thread
   std::atomic<std::uint64_t> without_channel_{0};
