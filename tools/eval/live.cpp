@@ -150,7 +150,7 @@ std::string to_json(const LiveSummary& summary, const Model& model) {
       line["time_step"] = best.sample.time_step;
       line["distance"] = best.distance;
     }
-    add_fit_and_channels(line, row.result);
+    add_details(line, row.result);
     if (row.error) line["EE"] = *row.error, line["oracle_EE"] = *row.oracle_error;
     if (row.estimate_error) line["estimate_EE"] = *row.estimate_error;
     if (row.on_path) line["path"] = {{"simulation", row.path_simulation}, {"time_step", row.on_path->time_step}};

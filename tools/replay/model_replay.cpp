@@ -6,7 +6,7 @@
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 #include "tools/shared/matching/views.hpp"
-#include "tools/shared/replaying/match_replay.hpp"
+#include "tools/shared/replaying/rig_replay.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -96,6 +96,27 @@ bool match_part(RecordedRun& run, const Part& part, std::int64_t history_ns, con
   return replay.flush(handle);
 }
 
+std::vector<SensorViews> views_of_rigs(const RunSettings& settings, const Model& model, const std::string& file) {
+  std::vector<SensorViews> views;
+  for (const RigSettings& rig : settings.rigs) {
+    MatcherConfig config = settings.matcher;
+    config.T_reference_sensor = rig.T_reference_sensor;
+    views.push_back(views_for(config, model, rig.sensor_json, file + " (sensor.json of rig " + rig.name + ")"));
+  }
+  return views;
+}
+
+/// The same for several rigs. Matches all captures up to the part's end.
+bool match_captures(RecordedRun& run, const Part& part, RigReplay& replay, const ResultHandler& handle) {
+  run.limit(Part{}.from_ns, part.to_ns);
+  run.rewind();
+  while (const auto message = run.next()) {
+    if (stop_requested != 0) return false;
+    if (message->kind == RecordedMessage::Kind::frame && !replay.add(*message, part.from_ns, handle)) return false;
+  }
+  return true;
+}
+
 void warn_of_gaps(const ComparisonTally& tally, const std::string& file) {
   if (tally.edge_frames + tally.edge_results > 0)
     spdlog::warn(
@@ -124,6 +145,25 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
   return tally.is_same();
 }
 
+/// False when stopped.
+bool match_again(RecordedRun& run, const Part& part, const ModelReplayOptions& options, const RunSettings& settings,
+                 const Model& model, const FrameFates& fates, const ResultHandler& handle, std::uint64_t& dropped) {
+  const std::string &recording = options.settings.recording, &pose_file = options.settings.pose_file;
+  if (!settings.rigs.empty()) {
+    const std::vector<SensorViews> views = views_of_rigs(settings, model, recording);
+    RigReplay replay(model, settings, views, fates, options.threads);
+    const bool is_done = match_captures(run, part, replay, handle);
+    dropped = replay.left_out();
+    return is_done;
+  }
+  if (!pose_file.empty()) (void)io::read_pose(pose_file, model.length_unit());
+  const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
+                                      pose_file.empty() ? recording + " (sensor.json)" : pose_file);
+  MatchReplay replay(model, settings, views, has_history(settings) ? 1 : options.threads);
+  const std::int64_t history_ns = has_history(settings) ? history_of(run, part, fates) : part.from_ns;
+  return match_part(run, part, history_ns, fates, replay, handle, dropped);
+}
+
 }  // namespace
 
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
@@ -135,17 +175,11 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   if (options.compares) comparison.emplace(run, fates, options.tolerance, has_history(settings));
   ResultComparison* const compared = comparison ? &*comparison : nullptr;
   ResultOutput output(options, settings, model, compared);
-  const std::string& pose_file = options.settings.pose_file;
-  if (!pose_file.empty()) (void)io::read_pose(pose_file, model.length_unit());
-  const SensorViews views = views_for(settings.matcher, model, settings.sensor_json,
-                                      pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
-  MatchReplay replay(model, settings, views, has_history(settings) ? 1 : options.threads);
   const ResultHandler handle = [&](const wire::WireResult& result, const TestKey& test) {
     return output(result, test);
   };
-  const std::int64_t history_ns = has_history(settings) ? history_of(run, part, fates) : part.from_ns;
   std::uint64_t dropped = 0;
-  if (!match_part(run, part, history_ns, fates, replay, handle, dropped)) return false;
+  if (!match_again(run, part, options, settings, model, fates, handle, dropped)) return false;
   if (dropped > 0) spdlog::info("{} recorded frames did not get into the matcher and are not matched", dropped);
   output.finish();
   return !comparison || conclude(comparison->tally(), part, options);

@@ -49,7 +49,7 @@ std::string result_json(const wire::WireResult& result) {
             {"verdict", wire::to_string(result.verdict)}};
   for (const auto& number : frame_numbers) json[number.name] = result.*number.value;
   json["matches"] = std::move(matches);
-  add_fit_and_channels(json, result);
+  add_details(json, result);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
 }
 

@@ -237,6 +237,10 @@ class Sender {
 }  // namespace
 
 bool replay_to_socket(RecordedRun& run, const SocketReplayOptions& options) {
+  if (!run.settings().rigs.empty())
+    throw Error(Status::bad_config,
+                "the recording has frames of several rigs, and --to sends all frames to one "
+                "endpoint; match them with --model");
   wire::WireContext context;
   const wire::ClientAccess access = options.access.load();
   wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);

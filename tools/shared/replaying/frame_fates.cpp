@@ -21,24 +21,48 @@ FrameFates::FrameFates(RecordedRun& run) {
       if (wire::decode_state(message->data, state) == wire::WireStatus::ok) add(state);
     }
   }
+  for (const RecordedCapture& capture : captures_) {
+    frames.push_back(capture.key);
+    fates_[capture.key].has_frame =
+        std::ranges::all_of(capture.frames, [&](const FrameKey& frame) { return fates_[frame].has_frame; });
+  }
   find_sessions();
   find_series(frames);
 }
 
 void FrameFates::add(const wire::WireResult& result) {
-  const wire::Fate fate_now = wire::fate_of(result.status);
+  if (!result.rigs.empty()) add_capture(result);
+  wire::for_each_frame(result, [&](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
+    add({session, id}, status, result);
+  });
+}
+
+void FrameFates::add_capture(const wire::WireResult& result) {
+  RecordedCapture& capture = captures_.emplace_back();
+  capture.key = {result.session, result.frame_id};
+  capture.receive_ns = result.receive_ns;
+  for (const wire::WireRigFrame& frame : result.rigs) {
+    capture.frames.emplace_back(frame.session, frame.frame_id);
+    capture.rigs.push_back(frame.rig);
+  }
+  add(capture.key, result.status, result);
+}
+
+void FrameFates::add(const FrameKey& frame, wire::WireStatus status, const wire::WireResult& result) {
+  const wire::Fate fate_now = wire::fate_of(status);
   if (fate_now == wire::Fate::not_a_capture)
-    return void(ends_[result.session].push_back({result.frame_id, result.receive_ns}));
-  Fate& fate = fates_[{result.session, result.frame_id}];
-  const bool is_absent = result.status == wire::WireStatus::missed || result.status == wire::WireStatus::withheld;
+    return void(ends_[frame.first].push_back({frame.second, result.receive_ns}));
+  Fate& fate = fates_[frame];
+  const bool is_absent = status == wire::WireStatus::missed || status == wire::WireStatus::withheld;
   fate.is_absent |= is_absent;
   fate.is_dropped |= fate_now == wire::Fate::dropped && !is_absent;
-  const bool is_searched = fate_now == wire::Fate::matched || result.status == wire::WireStatus::empty_frame;
+  const bool is_searched = fate_now == wire::Fate::matched || status == wire::WireStatus::empty_frame;
   fate.is_rejected |= fate_now == wire::Fate::rejected && !is_searched;
   if (!is_searched) return;
   fate.is_searched = true;
   fate.receive_ns = result.receive_ns;
-  fate.frames_of_test = std::max(fate.frames_of_test, result.test.frames);
+  const bool is_alone = frame == FrameKey{result.session, result.frame_id};  // or a capture
+  if (is_alone) fate.frames_of_test = std::max(fate.frames_of_test, result.test.frames);
 }
 
 void FrameFates::add(const wire::WireState& state) {

@@ -11,10 +11,21 @@ namespace lbea::tool {
 /// Session and id.
 using FrameKey = std::pair<std::uint64_t, std::uint64_t>;
 
+/// The frames of several rigs that were matched together. Its result has the session and id of `key`, which are those
+/// of no frame.
+struct RecordedCapture {
+  FrameKey key;
+  std::int64_t receive_ns = 0;
+  std::vector<FrameKey> frames;
+  std::vector<std::string> rigs;  // of the frames
+};
+
 class FrameFates {
  public:
   /// Reads the whole run. Results that cannot be decoded are ignored.
   explicit FrameFates(RecordedRun& run);
+  /// In the order in which they were matched. The functions below know a capture by its key as they know a frame.
+  [[nodiscard]] const std::vector<RecordedCapture>& captures() const noexcept { return captures_; }
   /// Whether the matcher dropped the frame, or never got it.
   [[nodiscard]] bool was_dropped(const FrameKey& frame) const;
   /// An end of stream ends the test: frames after it belong to another one.
@@ -52,6 +63,8 @@ class FrameFates {
     bool lacks_history = false;
   };
   void add(const wire::WireResult& result);
+  void add(const FrameKey& frame, wire::WireStatus status, const wire::WireResult& result);
+  void add_capture(const wire::WireResult& result);
   void add(const wire::WireState& state);
   void find_sessions();
   void find_series(const std::vector<FrameKey>& frames);
@@ -68,6 +81,7 @@ class FrameFates {
   std::map<std::uint64_t, wire::WireSender> senders_;        // in the first state that lists them
   std::map<std::uint64_t, std::uint64_t> first_arrived_id_;  // of the session, where all answers are recorded
   std::vector<Series> series_;
+  std::vector<RecordedCapture> captures_;
 };
 
 }  // namespace lbea::tool

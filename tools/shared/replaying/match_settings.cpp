@@ -89,10 +89,20 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
   }
 }
 
+void require_recorded_settings(const SettingsOptions& options) {
+  if (!options.pose_file.empty() || options.without_pose || options.frames_alone ||
+      options.method.value_or(Method::fit) != Method::fit)
+    throw Error(Status::bad_config,
+                options.recording +
+                    ": frames of several rigs are matched with the recorded poses and --method fit; "
+                    "omit --pose, --no-pose, --frames-alone and --method");
+}
+
 }  // namespace
 
 RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options) {
   RunSettings settings = std::move(recorded);
+  if (!settings.rigs.empty()) require_recorded_settings(options);
   complete_method(settings, options);
   complete_pose(settings, options);
   if (options.frames_alone) settings.frames_alone = 1;

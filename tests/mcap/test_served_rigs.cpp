@@ -1,0 +1,226 @@
+// lbea-serve with two rigs: one answer, whatever one of them does; recorded and matched again.
+#include "adapters/clouds/point_cloud.hpp"
+#include "tests/mcap/bench.hpp"
+
+#include <functional>
+#include <map>
+
+using namespace lbea::test;
+
+namespace {
+
+const std::string pose = LBEA_TEST_DATA "/rail-demo/sensor.json";
+
+/// What the demo's rig measures of a run that is not in the model, state by state.
+struct Measured {
+  Measured() {
+    const TemporaryFolder folder;
+    const Outcome outcome = run_program(
+        LBEA_SENSE " " LBEA_TEST_DATA "/rail-demo/experiment/run_043 --out frames --sensor " + pose, folder.path());
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    for (std::size_t step = 0; step < states; ++step) {
+      const std::string digits = std::to_string(step);
+      const auto file = folder / ("frames/frame_" + std::string(5 - digits.size(), '0') + digits + ".ply");
+      clouds.push_back(lbea::io::read_point_cloud(file).points);
+    }
+  }
+  static constexpr std::size_t states = 21;
+  std::vector<std::vector<lbea::Point>> clouds;
+};
+
+const std::vector<std::vector<lbea::Point>>& clouds() {
+  static const Measured measured;
+  return measured.clouds;
+}
+
+class RigCamera {
+ public:
+  RigCamera(WireContext& context, const std::string& endpoint, std::uint64_t session)
+      : sink_(context, endpoint), session_(session) {
+    REQUIRE(sink_.wait_ready(30s));
+  }
+  void send(const std::vector<lbea::Point>& points, std::int64_t stamp_ns) {
+    REQUIRE(sink_.send(encoder_.frame({next_id_++, stamp_ns, points}, session_), 30s));
+  }
+  void end() { REQUIRE(sink_.send(encoder_.end_of_stream(session_, next_id_), 30s)); }
+  /// The sender program ends without goodbye, and another one begins.
+  void restart() {
+    ++session_;
+    next_id_ = 0;
+  }
+
+ private:
+  FrameSink sink_;
+  std::uint64_t session_, next_id_ = 0;
+  Encoder encoder_;
+};
+
+/// A plate where the component is.
+std::vector<lbea::Point> other_component() {
+  std::vector<lbea::Point> points = clouds().front();
+  for (lbea::Point& point : points) point = {point.x, point.y, points.front().z};
+  return points;
+}
+
+class Rigs {
+ public:
+  explicit Rigs(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{
+        LBEA_SERVE,         LBEA_MODEL,      "--frames",     "left=" + left(), "--frames",
+        "right=" + right(), "--pose",        "left=" + pose, "--pose",         "right=" + pose,
+        "--results",        bench.results(), "--json",       "--record",       bench.file("run.mcap"),
+        "--wait-us",        "100000"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    server = bench.start(arguments, "serve", "ready: frames of left on " + left());
+    source.emplace(context, bench.results());
+    REQUIRE(source->receive(30s));
+  }
+  [[nodiscard]] std::string left() const { return "ipc://" + bench.file("left"); }
+  [[nodiscard]] std::string right() const { return "ipc://" + bench.file("right"); }
+  /// The next result with this property.
+  template <class Property>
+  WireResult next(const Property& is_wanted) {
+    WireResult result;
+    for (const auto begin = std::chrono::steady_clock::now(); std::chrono::steady_clock::now() - begin < 30s;) {
+      const auto message = source->receive(100ms);
+      if (message && decode_result(*message, result) == WireStatus::ok && is_wanted(result)) return result;
+    }
+    FAIL("no result");
+    return result;
+  }
+  /// Of the capture with this frame of the left rig.
+  WireResult next_of(std::size_t left_frame) {
+    return next([&](const WireResult& result) {
+      return !result.rigs.empty() && result.rigs[0].rig == "left" && result.rigs[0].frame_id == left_frame;
+    });
+  }
+  void receive_end() {
+    static_cast<void>(next([](const WireResult& result) {
+      return result.status == WireStatus::end_of_stream && result.session == ~std::uint64_t{1};
+    }));
+  }
+
+  Bench bench;
+  WireContext context;
+  std::unique_ptr<Process> server;
+  std::optional<ResultSource> source;
+};
+
+std::vector<std::string> used(const WireResult& result) {
+  std::vector<std::string> names;
+  for (const WireRigFrame& frame : result.rigs)
+    if (frame.is_used) names.push_back(frame.rig);
+  return names;
+}
+
+using Names = std::vector<std::string>;
+constexpr std::size_t states = Measured::states;
+constexpr std::int64_t between_states_ns = 750'000;
+
+}  // namespace
+
+TEST_CASE("two rigs: one result per capture; the recording is complete and gives the same results to the bit") {
+  Rigs rigs;
+  RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
+  const std::int64_t impact_ns = wall_clock_ns();
+  for (std::size_t step = 0; step < states; ++step) {
+    const std::int64_t stamp_ns = impact_ns + static_cast<std::int64_t>(step) * between_states_ns;
+    left.send(clouds()[step], stamp_ns);
+    right.send(clouds()[step], stamp_ns + 50'000);
+    const WireResult result = rigs.next_of(step);
+    CHECK(used(result) == Names{"left", "right"});
+    CHECK(result.verdict != WireVerdict::no_simulation_fits);
+    CHECK(result.session == ~std::uint64_t{1});
+    CHECK(result.frame_id == step);
+  }
+  left.end();
+  right.end();
+  rigs.receive_end();
+  CHECK(stop(*rigs.server) == 0);
+  const Json tally = Json::parse(text_of(rigs.bench.file("serve.out")));
+  CHECK(tally["matched"] == 2 * states);
+  for (const char* rig : {"left", "right"}) {
+    CHECK(tally["rigs"][rig]["matched"] == states);
+    CHECK(tally["rigs"][rig]["adds_up"] == true);
+  }
+  const Json audit = rigs.bench.inspect("run.mcap", 0);
+  CHECK(audit["sessions"].size() == 2);
+  const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
+  CAPTURE(replay.err);
+  CHECK(replay.exit_code == 0);
+  CHECK(Json::parse(replay.out)["same"] == states);
+  const Outcome threads = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json --threads 2");
+  CHECK(threads.out == replay.out);
+}
+
+TEST_CASE("results go on whatever one rig does, and say which rigs they rest on") {
+  Rigs rigs;
+  RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 20);
+  std::size_t step = 0;
+  std::map<std::string, std::uint64_t> sent;
+  const std::int64_t impact_ns = wall_clock_ns();
+  const auto captures = [&](const std::string& what, const std::function<void(std::int64_t)>& of_right,
+                            const Names& expected) {
+    for (int i = 0; i < 3; ++i, ++step) {
+      CAPTURE(what);
+      CAPTURE(step);
+      const std::int64_t stamp_ns = impact_ns + static_cast<std::int64_t>(step) * between_states_ns;
+      left.send(clouds()[step], stamp_ns);
+      ++sent["left"];
+      of_right(stamp_ns);
+      const WireResult result = rigs.next_of(step);
+      if (i > 0) CHECK(used(result) == expected);  // nobody waits for the first frame of a rig that returns
+      CHECK(used(result).front() == "left");
+      CHECK(result.verdict != WireVerdict::no_simulation_fits);
+      CHECK(result.session == ~std::uint64_t{1});
+    }
+  };
+  const auto send_right = [&](const std::vector<lbea::Point>& points, std::int64_t stamp_ns) {
+    right.send(points, stamp_ns);
+    ++sent["right"];
+  };
+  const auto clear = [&](std::int64_t stamp_ns) { send_right(clouds()[step], stamp_ns); };
+  const Names both{"left", "right"};
+  captures("clear", clear, both);
+  captures("killed", [](std::int64_t) {}, {"left"});
+  right.restart();
+  captures("restarted", clear, both);
+  captures("late", [&](std::int64_t stamp_ns) { send_right(clouds()[step], stamp_ns - 200'000'000); }, {"left"});
+  captures("in time again", clear, both);
+  captures("another component", [&](std::int64_t stamp_ns) { send_right(other_component(), stamp_ns); }, {"left"});
+  captures("clear again", clear, both);
+  left.end();
+  right.end();
+  rigs.receive_end();
+  CHECK(stop(*rigs.server) == 1);  // frames were dropped
+  const Json tally = Json::parse(text_of(rigs.bench.file("serve.out")));
+  for (const char* rig : {"left", "right"}) {
+    CHECK(tally["rigs"][rig]["captured"] == sent[rig]);
+    CHECK(tally["rigs"][rig]["adds_up"] == true);
+  }
+  CHECK(tally["rigs"]["left"]["matched"] == sent["left"]);
+  CHECK(tally["rigs"]["right"]["dropped_by_reason"]["out_of_step"] == 3);
+  const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
+  CAPTURE(replay.err);
+  CHECK(replay.exit_code == 0);
+  CHECK(Json::parse(replay.out)["different"] == 0);
+}
+
+TEST_CASE("rigs are refused in a sentence when names, poses or methods do not fit") {
+  Bench bench;
+  const auto refusal = [&](const std::string& arguments) {
+    const Outcome outcome =
+        run_program(LBEA_SERVE " " LBEA_MODEL " --results ipc://r " + arguments, bench.folder.path());
+    CHECK(outcome.exit_code == 2);
+    return outcome.err;
+  };
+  CHECK(contains(refusal("--frames ipc://a --frames ipc://b"), "give NAME=ENDPOINT"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames a=ipc://b"), "the name a is given to two rigs"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://a"), "--frames a and --frames b are both \"ipc://a\""));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose c=" + pose), "the name of a rig of --frames"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose " + pose), "the name of a rig of --frames"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose a=none.json"), "none.json is not a file"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --method lbea"), "matched by --method fit"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --clock-offset-ns a=1.5"), "not a whole number"));
+  CHECK(contains(refusal("--frames ipc://a --clock-offset-ns 5"), "needs several rigs"));
+}
