@@ -275,6 +275,32 @@ TEST_CASE("health: rates, latency, lost results, ages") {
   CHECK(health.report(begin + std::chrono::minutes(1))["rate"] == 0.0);
 }
 
+TEST_CASE("health of several rigs: rate, age, coverage and pose of each, also of one that has sent nothing") {
+  Health health;
+  const auto begin = Health::Clock::now();
+  WireState state;
+  state.rigs = {{"left", "", 0, {}}, {"right", "", 2'500'000, {}}};
+  state.rigs[1].counters.by_status[static_cast<std::size_t>(WireStatus::out_of_step)] = 3;
+  health.add(state, begin);
+  WireResult result = result_of(0);
+  result.rigs.resize(1);
+  result.rigs[0].rig = "left";
+  result.rigs[0].coverage = 0.75f;
+  result.rigs[0].is_used = true;
+  result.rigs[0].pose_shift = 1.5f;
+  for (int i = 0; i <= 100; ++i) health.add(result, begin + std::chrono::milliseconds(20 * i));
+  const auto rigs = health.report(begin + std::chrono::milliseconds(2500))["rigs"];
+  REQUIRE(rigs.size() == 2);
+  CHECK(rigs[0]["name"] == "left");
+  CHECK(rigs[0]["rate"].get<double>() == doctest::Approx(50).epsilon(0.05));
+  CHECK(rigs[0]["last_frame_ms"] == 500);
+  CHECK(rigs[0]["coverage"] == 0.75);
+  CHECK(rigs[0]["pose_shift"] == 1.5);
+  CHECK(rigs[1]["last_frame_ms"].is_null());
+  CHECK(rigs[1]["clock_offset_ms"] == 2.5);
+  CHECK(rigs[1]["counters"]["dropped"] == 3);
+}
+
 TEST_CASE("shapes are parsed from text; anything else is refused") {
   const auto shape = parse_shape("3:17:0.75,4:16:0.25");
   REQUIRE(shape);

@@ -30,6 +30,11 @@ double quantile_ms(const std::array<std::uint64_t, Health::bins>& histogram, dou
   return 0;
 }
 
+nlohmann::json age_ms(Health::Clock::time_point then, Health::Clock::time_point now) {
+  if (then == Health::Clock::time_point{}) return nullptr;
+  return std::chrono::duration_cast<std::chrono::milliseconds>(now - then).count();
+}
+
 nlohmann::json json_of(const wire::Counters& counters) {
   nlohmann::json reasons = nlohmann::json::object();
   for (std::size_t i = 0; i < wire::wire_status_count; ++i) {
@@ -50,6 +55,17 @@ nlohmann::json json_of(const wire::Counters& counters) {
 }
 
 }  // namespace
+
+void FrameRate::add(Clock::time_point now) {
+  ++count_;
+  if (now - begin_ < 1s) return;
+  const double seconds = std::chrono::duration<double>(now - begin_).count();
+  rate_ = seconds < 3 ? static_cast<double>(count_) / seconds : 0;
+  begin_ = now;
+  count_ = 0;
+}
+
+double FrameRate::per_second(Clock::time_point now) const { return now - begin_ < 3s ? rate_ : 0; }
 
 void Health::turn_windows(Clock::time_point now) {
   if (now - window_begin_ < window) return;
@@ -72,12 +88,13 @@ void Health::add(const wire::WireResult& result, Clock::time_point now) {
   last_frame_ = now;
   turn_windows(now);
   ++current_[bin_of(static_cast<double>(result.elapsed_ns.total) * 1e-6)];
-  ++rate_count_;
-  if (now - rate_begin_ < 1s) return;
-  const double seconds = std::chrono::duration<double>(now - rate_begin_).count();
-  rate_ = seconds < 3 ? static_cast<double>(rate_count_) / seconds : 0;
-  rate_begin_ = now;
-  rate_count_ = 0;
+  rate_.add(now);
+  for (const wire::WireRigFrame& frame : result.rigs) {
+    Rig& rig = rigs_[frame.rig];
+    rig.latest = frame;
+    rig.last_frame = now;
+    rig.rate.add(now);
+  }
 }
 
 void Health::add(const wire::WireState& state, Clock::time_point now) {
@@ -110,19 +127,40 @@ nlohmann::json Health::recording_report() const {
   return report;
 }
 
+/// In the order of the state; those that have sent nothing too.
+nlohmann::json Health::rig_reports(Clock::time_point now) const {
+  nlohmann::json reports = nlohmann::json::array();
+  for (const wire::WireRig& described : state_ ? state_->rigs : std::vector<wire::WireRig>{}) {
+    const auto rig = rigs_.find(described.name);
+    nlohmann::json report{{"name", described.name},
+                          {"counters", json_of(described.counters)},
+                          {"clock_offset_ms", static_cast<double>(described.clock_offset_ns) * 1e-6},
+                          {"rate", 0.0},
+                          {"last_frame_ms", nullptr}};
+    if (rig != rigs_.end()) {
+      const wire::WireRigFrame& frame = rig->second.latest;
+      report["rate"] = rig->second.rate.per_second(now);
+      report["last_frame_ms"] = age_ms(rig->second.last_frame, now);
+      report["coverage"] = frame.coverage;
+      report["is_used"] = frame.is_used;
+      report["verdict"] = wire::to_string(frame.verdict);
+      report["pose_turn"] = frame.pose_turn;  // NaN becomes null
+      report["pose_shift"] = frame.pose_shift;
+    }
+    reports.push_back(std::move(report));
+  }
+  return reports;
+}
+
 nlohmann::json Health::report(Clock::time_point now) const {
-  const auto age_ms = [&](Clock::time_point then) -> nlohmann::json {
-    if (then == Clock::time_point{}) return nullptr;
-    return std::chrono::duration_cast<std::chrono::milliseconds>(now - then).count();
-  };
   Histogram histogram = previous_;
   for (std::size_t bin = 0; bin < bins; ++bin) histogram[bin] += current_[bin];
   nlohmann::json report{{"counters", json_of(counters_)},
                         {"results_lost_here", lost_},
                         {"unreadable_here", unreadable_},
-                        {"heard_ms", age_ms(last_message_)},
-                        {"last_frame_ms", age_ms(last_frame_)},
-                        {"rate", now - rate_begin_ < 3s ? rate_ : 0.0},
+                        {"heard_ms", age_ms(last_message_, now)},
+                        {"last_frame_ms", age_ms(last_frame_, now)},
+                        {"rate", rate_.per_second(now)},
                         {"latency",
                          {{"bins", histogram},
                           {"first_edge_ms", first_edge_ms},
@@ -135,6 +173,7 @@ nlohmann::json Health::report(Clock::time_point now) const {
                         {"queue_slots", state_->queue_slots},
                         {"start_ns", std::to_string(state_->start_ns)}};
   if (state_ && state_->recording) report["server"]["recording"] = recording_report();
+  if (state_ && !state_->rigs.empty()) report["rigs"] = rig_reports(now);
   return report;
 }
 

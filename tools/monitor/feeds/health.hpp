@@ -7,9 +7,23 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <optional>
 
 namespace lbea::tool {
+
+/// Frames per second, between two times about a second apart.
+class FrameRate {
+ public:
+  using Clock = std::chrono::steady_clock;
+  void add(Clock::time_point now);
+  [[nodiscard]] double per_second(Clock::time_point now) const;
+
+ private:
+  Clock::time_point begin_{};
+  std::uint64_t count_ = 0;
+  double rate_ = 0;
+};
 
 class Health {
  public:
@@ -31,6 +45,14 @@ class Health {
   void add_size(const wire::WireRecording& recording, Clock::time_point now);
   [[nodiscard]] nlohmann::json recording_report() const;
 
+  /// One of several rigs.
+  struct Rig {
+    wire::WireRigFrame latest;
+    Clock::time_point last_frame{};
+    FrameRate rate;
+  };
+  [[nodiscard]] nlohmann::json rig_reports(Clock::time_point now) const;
+
   /// Of the recording.
   struct Size {
     Clock::time_point time;
@@ -43,10 +65,8 @@ class Health {
   Clock::time_point window_begin_{}, last_message_{}, last_frame_{};
   std::optional<std::uint64_t> sequence_;
   std::uint64_t lost_ = 0, unreadable_ = 0;
-  // Rate: frames between two times about one second apart.
-  Clock::time_point rate_begin_{};
-  std::uint64_t rate_count_ = 0;
-  double rate_ = 0;
+  FrameRate rate_;
+  std::map<std::string, Rig> rigs_;  // by name
 };
 
 }  // namespace lbea::tool

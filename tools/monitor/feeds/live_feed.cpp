@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -110,11 +111,11 @@ class Live final : public LiveFeed {
     health_.add(result);
     if (result.status == wire::WireStatus::end_of_stream) return;
     latest_ = result;
-    const auto cloud = std::ranges::find_if(
-        waiting_, [&](const WaitingCloud& w) { return w.session == result.session && w.frame_id == result.frame_id; });
-    if (cloud != waiting_.end()) {
-      show(result, std::move(cloud->cloud));
-      waiting_.erase(waiting_.begin(), cloud + 1);
+    const auto cloud =
+        std::find_if(waiting_.rbegin(), waiting_.rend(), [&](const WaitingCloud& w) { return answers(result, w); });
+    if (cloud != waiting_.rend()) {
+      show(result, *cloud);
+      waiting_.erase(waiting_.begin(), cloud.base());
     } else if (Clock::now() - moment_time_ > cloudless_after && wire::fate_of(result.status) == wire::Fate::matched) {
       moment_ = {result, nullptr};
     }
@@ -123,15 +124,28 @@ class Live final : public LiveFeed {
   }
 
   void add(WaitingCloud cloud) {
-    const auto result = std::ranges::find_if(
-        recent_, [&](const wire::WireResult& r) { return r.session == cloud.session && r.frame_id == cloud.frame_id; });
-    if (result != recent_.end()) return show(*result, std::move(cloud.cloud));
+    const auto result = std::ranges::find_if(recent_, [&](const wire::WireResult& r) { return answers(r, cloud); });
+    if (result != recent_.end()) return show(*result, cloud);
     waiting_.push_back(std::move(cloud));
     if (waiting_.size() > waiting_clouds) waiting_.pop_front();
   }
-  void show(const wire::WireResult& result, std::shared_ptr<const std::vector<Point>> cloud) {
-    moment_ = {result, std::move(cloud)};
+  static bool answers(const wire::WireResult& result, const WaitingCloud& cloud) {
+    bool is_answer = false;
+    wire::for_each_frame(result, [&](std::uint64_t session, std::uint64_t id, wire::WireStatus) {
+      is_answer = is_answer || (session == cloud.session && id == cloud.frame_id);
+    });
+    return is_answer;
+  }
+  /// With several rigs, beside the latest clouds of the others: previews are not of the same captures.
+  void show(const wire::WireResult& result, const WaitingCloud& cloud) {
     moment_time_ = Clock::now();
+    moment_ = {result, cloud.cloud};
+    if (result.rigs.empty()) return;
+    shown_[cloud.session] = {moment_time_, cloud.cloud};
+    std::erase_if(shown_, [&](const auto& shown) { return moment_time_ - shown.second.first > cloudless_after; });
+    std::vector<Point> all;
+    for (const auto& [session, shown] : shown_) all.insert(all.end(), shown.second->begin(), shown.second->end());
+    moment_.cloud = std::make_shared<const std::vector<Point>>(std::move(all));
   }
 
   void build_snapshots() {
@@ -188,6 +202,8 @@ class Live final : public LiveFeed {
   Clock::time_point moment_time_{};
   std::deque<wire::WireResult> recent_;
   std::deque<WaitingCloud> waiting_;  // for their results
+  std::map<std::uint64_t, std::pair<Clock::time_point, std::shared_ptr<const std::vector<Point>>>>
+      shown_;  // by session
   std::uint64_t version_ = 0;
   bool model_differs_ = false;
 

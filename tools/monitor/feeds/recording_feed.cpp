@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <iterator>
 #include <mutex>
 
 namespace lbea::tool {
@@ -77,12 +79,19 @@ class Recording final : public RecordingFeed {
   [[nodiscard]] std::size_t frames() const noexcept override { return entries_.size(); }
 
  private:
+  using FrameKey = std::pair<std::uint64_t, std::uint64_t>;  // session and id
+  struct EntryCloud {
+    std::int64_t frame_ns = 0;  // log time
+    FrameKey frame;
+    RigidTransform T_reference_sensor = identity_transform;
+  };
   struct Entry {
-    std::int64_t frame_ns = 0, result_ns = 0;  // log times; the former 0 when the recording lacks the frame
+    std::vector<EntryCloud> clouds;  // one of each rig; none that the recording lacks
+    std::int64_t result_ns = 0;      // log time
     std::uint64_t session = 0, id = 0;
     TestKey test;
   };
-  using FrameTimes = std::map<std::pair<std::uint64_t, std::uint64_t>, std::int64_t>;  // by session and frame id
+  using FrameTimes = std::map<FrameKey, std::int64_t>;
   void read_all() {
     FrameTimes frames;
     while (const auto message = run_.next()) {
@@ -100,9 +109,21 @@ class Recording final : public RecordingFeed {
     const TestKey test = test_of(result);
     if (logs_.size() < most_tests || logs_.contains(test)) logs_[test].add(result);
     if (wire::fate_of(result.status) == wire::Fate::not_a_capture) return;
-    const auto frame = frames.find({result.session, result.frame_id});
-    entries_.push_back(
-        {frame == frames.end() ? 0 : frame->second, message.log_time_ns, result.session, result.frame_id, test});
+    entries_.push_back({clouds_of(result, frames), message.log_time_ns, result.session, result.frame_id, test});
+  }
+  [[nodiscard]] std::vector<EntryCloud> clouds_of(const wire::WireResult& result, const FrameTimes& frames) const {
+    std::vector<EntryCloud> clouds;
+    const auto add = [&](const FrameKey& key, const RigidTransform& T_reference_sensor) {
+      if (const auto frame = frames.find(key); frame != frames.end())
+        clouds.push_back({frame->second, key, T_reference_sensor});
+    };
+    const RunSettings& settings = run_.settings();
+    if (result.rigs.empty()) add({result.session, result.frame_id}, settings.matcher.T_reference_sensor);
+    for (const wire::WireRigFrame& frame : result.rigs) {
+      const auto rig = std::ranges::find(settings.rigs, frame.rig, &RigSettings::name);
+      if (rig != settings.rigs.end() && frame.is_used) add({frame.session, frame.frame_id}, rig->T_reference_sensor);
+    }
+    return clouds;
   }
   /// The first matched frame after the end of its stream begins another test.
   TestKey test_of(const wire::WireResult& result) {
@@ -146,21 +167,25 @@ class Recording final : public RecordingFeed {
   }
 
   [[nodiscard]] std::shared_ptr<const std::vector<Point>> cloud_of(const Entry& entry) {
-    if (entry.frame_ns == 0) return nullptr;
+    std::vector<Point> all;
+    for (const EntryCloud& cloud : entry.clouds) std::ranges::copy(points_of(cloud), std::back_inserter(all));
+    return all.empty() ? nullptr : std::make_shared<const std::vector<Point>>(std::move(all));
+  }
+  [[nodiscard]] std::vector<Point> points_of(const EntryCloud& cloud) {
+    const auto [session, id] = cloud.frame;
     run_.rewind();
-    run_.limit(entry.frame_ns, entry.frame_ns);
+    run_.limit(cloud.frame_ns, cloud.frame_ns);
     while (const auto message = run_.next()) {
-      if (message->kind != RecordedMessage::Kind::frame || message->session != entry.session || message->id != entry.id)
-        continue;
+      if (message->kind != RecordedMessage::Kind::frame || message->session != session || message->id != id) continue;
       wire::Encoder encoder;
       wire::DecodedFrame frame;
-      if (wire::decode_frame(encoder.frame_of_cloud(message->data, entry.session, entry.id), frame,
+      if (wire::decode_frame(encoder.frame_of_cloud(message->data, session, id), frame,
                              {.max_points = most_points_read}) != wire::WireStatus::ok)
-        return nullptr;
-      thin(frame.points, PreviewConfig{}.max_points, run_.settings().matcher.T_reference_sensor);
-      return std::make_shared<const std::vector<Point>>(std::move(frame.points));
+        return {};
+      thin(frame.points, PreviewConfig{}.max_points, cloud.T_reference_sensor);
+      return std::move(frame.points);
     }
-    return nullptr;
+    return {};
   }
 
   [[nodiscard]] const TestLog& log_of(const TestKey& test) const {

@@ -109,6 +109,7 @@ export class ParameterTable {
   }
 }
 
+const silentRig = 1000;  // ms
 const littleSpace = 1e9, littleTime = 120, longTime = 86_400;  // bytes and s: less is red; s: more is not shown
 
 const bytesText = (bytes) => {
@@ -148,7 +149,18 @@ export class HealthBar {
     else this.live(health, test);
     const reasons = Object.entries(counters.reasons).map(([reason, count]) => `${reason.replaceAll("_", " ")} ${count}`).join(", ");
     if (reasons || this.cells.has("Reasons")) this.cell("Reasons", reasons || "-", reasons !== "");
+    for (const rig of health.rigs ?? []) this.cell(`Rig ${rig.name}`, ...this.rig(rig));
     this.latency(health.latency);
+  }
+  /// One of several rigs: rate or age, coverage, the pose error that is corrected, and whether results rest on it.
+  rig({ rate, last_frame_ms, coverage, is_used, pose_turn, pose_shift, clock_offset_ms, counters }) {
+    const isSilent = last_frame_ms === null || last_frame_ms >= silentRig, words = [isSilent ? this.age(last_frame_ms) : `${rate.toFixed(0)} /s`];
+    if (!isSilent) words.push(`${(100 * coverage).toFixed(0)} % covered`, is_used ? "used" : "NOT used");
+    if (typeof pose_shift === "number") words.push(`pose off ${pose_shift.toFixed(1)}, ${pose_turn.toFixed(2)}°`);
+    if (clock_offset_ms) words.push(`clock ${clock_offset_ms > 0 ? "+" : ""}${clock_offset_ms} ms`);
+    if (counters.dropped > 0) words.push(`${counters.dropped.toLocaleString("en")} dropped`);
+    const isBad = isSilent || !is_used || counters.dropped > 0;
+    return [`${words.join(", ")}${isBad ? " !" : ""}`, isBad];
   }
   live({ counters, server, rate, last_frame_ms, results_lost_here }, test) {
     this.cell("Rate", `${rate.toFixed(rate < 10 ? 1 : 0)} /s`);
