@@ -32,6 +32,10 @@ wire::WireResult without_evidence(wire::WireResult result) {
 }  // namespace
 
 void match_frames(TestReport& report, const ReportOptions& options, const ReadingProgress& progress) {
+  if (!report.settings().rigs.empty())
+    throw Error(Status::bad_input, options.recording.string() +
+                                       ": has frames of several rigs, and no results of them by this model; record "
+                                       "them with lbea-serve, or match them with lbea-replay");
   RunSettings settings = settings_for(report, options);
   RecordedRun run(options.recording);
   const FrameFates fates(run);

@@ -7,6 +7,8 @@
 #include "tools/shared/matching/preview.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -54,6 +56,32 @@ std::vector<Point> points_of(const RecordedMessage& message, const RigidTransfor
   if (status != wire::WireStatus::ok) return {};
   thin(frame.points, RecordedFrame::most_points, T_reference_sensor);
   return std::move(frame.points);
+}
+
+/// Where the points of a frame are put, and their pose.
+struct CloudUse {
+  CaptureKey capture;
+  RigidTransform T_reference_sensor = identity_transform;
+  bool is_done = false;
+};
+
+/// By frames. Results follow their frames in the file, so it is read once more for them.
+std::map<CaptureKey, CloudUse> uses_in_captures(const std::filesystem::path& file, std::span<const CaptureKey> wanted,
+                                                std::span<const RigSettings> rigs) {
+  std::map<CaptureKey, CloudUse> uses;
+  wire::WireResult result;
+  static_cast<void>(audit_run(file, [&](const RecordedMessage& message) {
+    require_not_stopped();
+    if (message.kind != Kind::result || wire::decode_result(message.data, result) != wire::WireStatus::ok) return;
+    const CaptureKey capture{result.session, result.frame_id};
+    if (std::ranges::find(wanted, capture) == wanted.end()) return;
+    for (const wire::WireRigFrame& frame : result.rigs) {
+      const auto rig = std::ranges::find(rigs, frame.rig, &RigSettings::name);
+      if (rig != rigs.end() && frame.is_used)
+        uses[{frame.session, frame.frame_id}] = {capture, rig->T_reference_sensor};
+    }
+  }));
+  return uses;
 }
 
 }  // namespace
@@ -104,17 +132,23 @@ RecordingContent read_recording(const std::filesystem::path& file, const Reading
 
 std::map<CaptureKey, RecordedFrame> read_frames(const std::filesystem::path& file, std::span<const CaptureKey> wanted,
                                                 const RigidTransform& T_reference_sensor,
-                                                const ReadingProgress& progress) {
+                                                std::span<const RigSettings> rigs, const ReadingProgress& progress) {
   std::map<CaptureKey, RecordedFrame> frames;
-  for (const CaptureKey& key : wanted) frames[key] = {};
+  std::map<CaptureKey, CloudUse> uses;
+  for (const CaptureKey& key : wanted) {
+    frames[key] = {};
+    uses[key] = {key, T_reference_sensor};
+  }
+  if (!rigs.empty()) uses = uses_in_captures(file, wanted, rigs);
   ByteCount bytes(file, progress);
   wire::WireResult result;
   static_cast<void>(audit_run(file, [&](const RecordedMessage& message) {
     bytes.add(message.data.size());
     if (message.kind == Kind::frame) {
-      const auto frame = frames.find({message.session, message.id});
-      if (frame != frames.end() && frame->second.points.empty())
-        frame->second.points = points_of(message, T_reference_sensor);
+      const auto use = uses.find({message.session, message.id});
+      if (use != uses.end() && !std::exchange(use->second.is_done, true))
+        std::ranges::copy(points_of(message, use->second.T_reference_sensor),
+                          std::back_inserter(frames[use->second.capture].points));
     }
     if (message.kind != Kind::result || wire::decode_result(message.data, result) != wire::WireStatus::ok) return;
     const auto frame = frames.find({result.session, result.frame_id});

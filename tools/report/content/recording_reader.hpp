@@ -56,10 +56,12 @@ struct RecordedFrame {
   static constexpr std::uint32_t most_points = 20'000;
 };
 
-/// The frames with these keys. Of repeated ids, the first one counts.
+/// The frames with these keys. Of repeated ids, the first one counts. With several `rigs`, whose poses then count, a
+/// key is that of a capture, whose frames' points are put together.
 [[nodiscard]] std::map<CaptureKey, RecordedFrame> read_frames(const std::filesystem::path& file,
                                                               std::span<const CaptureKey> wanted,
                                                               const RigidTransform& T_reference_sensor,
+                                                              std::span<const RigSettings> rigs,
                                                               const ReadingProgress& progress);
 
 }  // namespace lbea::tool

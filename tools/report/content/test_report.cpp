@@ -82,7 +82,8 @@ void study_frames(TestReport& report, const StageReporter& progress) {
   std::vector<CaptureKey> keys;
   for (const auto* some : {&chosen, &with_forecasts})
     for (const ChosenFrame& frame : *some) keys.push_back(frame.key);
-  auto frames = read_frames(report.content.file, keys, report.T_reference_sensor, stage(progress, "reading frames"));
+  auto frames = read_frames(report.content.file, keys, report.T_reference_sensor, report.settings().rigs,
+                            stage(progress, "reading frames"));
   for (auto& [key, frame] : frames)
     if (const auto own = report.own_results.find(key); own != report.own_results.end()) frame.result = own->second;
   report.forecasts = study_forecasts(report.model, with_forecasts, frames);
