@@ -21,7 +21,12 @@ void add_options(Tool& tool, SendOptions& options) {
   tool.add_option("--results", options.results_endpoint,
                   "endpoint of the matcher's results: register before the start and compare counts at the end");
   auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(in_range(1e-3, 1e6));
-  tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
+  auto* realtime = tool.add_flag("--realtime", options.realtime, "pace by the clouds' stamps")->excludes(rate);
+  tool.add_option(
+          "--begin-ns", options.begin_ns,
+          "with --realtime: begin at this time of the system's clock (ns since 1970), which is the first stamp: "
+          "several lbea-send then play like rigs with one clock")
+      ->needs(realtime);
   tool.add_option(
       "--stamps", options.stamps,
       "table of file,stamp_ns (or _us, _ms, _s) with capture times (default: stamps.csv beside the clouds)");

@@ -115,6 +115,12 @@ std::vector<std::int64_t> schedule_by_stamps(const std::vector<EncodedCloud>& cl
   return due;
 }
 
+/// Stamps from `begin_ns` on. All clouds have one.
+void shift_stamps(std::vector<EncodedCloud>& clouds, std::int64_t begin_ns) {
+  const std::int64_t shift_ns = begin_ns - *clouds.front().stamp_ns;
+  for (EncodedCloud& cloud : clouds) *cloud.stamp_ns += shift_ns;
+}
+
 std::vector<std::int64_t> schedule_by_rate(std::size_t clouds, double rate_hz) {
   std::vector<std::int64_t> due;
   for (std::size_t i = 0; i <= clouds; ++i)
@@ -190,7 +196,8 @@ Account play(const std::vector<EncodedCloud>& clouds, const std::vector<std::int
              wire::FrameSink& sink) {
   const std::uint64_t planned = options.rounds * clouds.size();
   Progress progress("sending", planned);
-  const auto begin = Clock::now();
+  const std::int64_t now_ns = wire::system_clock_ns();
+  const auto begin = Clock::now() + std::chrono::nanoseconds(options.begin_ns.value_or(now_ns) - now_ns);
   wire::FrameSender sender(sink, session);
   for (std::uint64_t id = 0; options.rounds == 0 || id < planned; ++id) {
     if (is_repetition(clouds, id) && options.ends_stream) sender.end_stream();
@@ -217,9 +224,10 @@ int send(const SendOptions& options) {
   wire::WireContext context;
   const wire::ClientAccess access = options.access.load();
   wire::FrameSink sink(context, options.endpoint, wire::default_queued_messages, access);
-  const auto clouds = encode_clouds(options, session);
+  auto clouds = encode_clouds(options, session);
   std::vector<std::int64_t> due_ns;
   if (options.realtime) due_ns = schedule_by_stamps(clouds);
+  if (options.begin_ns) shift_stamps(clouds, *options.begin_ns);
   if (options.rate_hz > 0) due_ns = schedule_by_rate(clouds.size(), options.rate_hz);
   std::optional<Handshake> handshake;
   if (!options.results_endpoint.empty())

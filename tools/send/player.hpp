@@ -4,6 +4,7 @@
 #include "tools/shared/intake/access_options.hpp"
 
 #include <filesystem>
+#include <optional>
 
 namespace lbea::tool {
 
@@ -11,10 +12,11 @@ struct SendOptions {
   std::vector<std::string> paths;
   std::filesystem::path stamps;
   std::string endpoint, results_endpoint, columns, frame_id = "sensor";
-  double rate_hz = 0;        // 0: as fast as the receiver accepts them
-  bool realtime = false;     // pace by the clouds' stamps
-  std::uint64_t rounds = 1;  // 0: until stopped
-  bool ends_stream = true;   // send an end of stream after the last frame, and after each round of stamped clouds
+  double rate_hz = 0;                      // 0: as fast as the receiver accepts them
+  bool realtime = false;                   // pace by the clouds' stamps
+  std::optional<std::int64_t> begin_ns{};  // with `realtime`: when to begin, and the first stamp, ns since 1970
+  std::uint64_t rounds = 1;                // 0: until stopped
+  bool ends_stream = true;  // send an end of stream after the last frame, and after each round of stamped clouds
   bool wait_ready = false, json = false;
   ClientAccessOptions access;
 };
