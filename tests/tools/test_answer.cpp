@@ -60,6 +60,17 @@ TEST_CASE("the answer names the verdict, and as many simulations as are needed t
   CHECK(answer_text({}, names) == "no verdict; only method fit judges a test");
 }
 
+TEST_CASE("a result of several rigs names those that it rests on") {
+  WireResult result;
+  CHECK(used_rigs(result).empty());
+  for (const char* name : {"left", "right"}) result.rigs.emplace_back().rig = name;
+  CHECK(used_rigs(result) == "none");
+  result.rigs[1].is_used = true;
+  CHECK(used_rigs(result) == "right");
+  result.rigs[0].is_used = true;
+  CHECK(used_rigs(result) == "left, right");
+}
+
 TEST_CASE("the answer outlasts refused and missed frames, and ends with the next test") {
   TestAnswer answer;
   answer.add(frame(WireVerdict::no_simulation_fits, {{2, 1.0f}}));

@@ -2,6 +2,7 @@
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/intake/test_answer.hpp"
 #include "tools/shared/matching/result_json.hpp"
 
 #include <nlohmann/json.hpp>
@@ -30,9 +31,10 @@ std::string result_line(const wire::WireResult& result) {
   if (result.matches.empty())
     return formatted("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
   const wire::WireMatch& best = result.matches[0];
-  return formatted("%10llu  %-16s %5u %14.6g %8.3f  %s", number(result.frame_id), best.simulation_name.c_str(),
+  const std::string rigs = used_rigs(result);
+  return formatted("%10llu  %-16s %5u %14.6g %8.3f  %s%s", number(result.frame_id), best.simulation_name.c_str(),
                    best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
-                   verdict.c_str());
+                   verdict.c_str(), (rigs.empty() ? rigs : " by " + rigs).c_str());
 }
 
 std::string result_json(const wire::WireResult& result) {

@@ -149,6 +149,14 @@ std::string likely_simulations(const wire::WireTestState& state, std::span<const
   return text;
 }
 
+std::string used_rigs(const wire::WireResult& result) {
+  if (result.rigs.empty()) return "";
+  std::string names;
+  for (const wire::WireRigFrame& frame : result.rigs)
+    if (frame.is_used) names += (names.empty() ? "" : ", ") + frame.rig;
+  return names.empty() ? "none" : names;
+}
+
 std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names) {
   if (state.frames == 0) return "no verdict; only method fit judges a test";
   const std::string likely = likely_simulations(state, names);

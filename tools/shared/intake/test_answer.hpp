@@ -109,6 +109,8 @@ class TestAnswer {
 /// How sure: "run_052 (100 %)", "run_052 (55 %) or run_069 (40 %)". When no simulation fits, probabilities mean
 /// nothing: "nearest: run_052". `names`: of the simulations.
 [[nodiscard]] std::string likely_simulations(const wire::WireTestState& state, std::span<const std::string> names);
+/// The rigs that the result of several rests on: "left, right", or "none". Empty for one rig.
+[[nodiscard]] std::string used_rigs(const wire::WireResult& result);
 /// The verdict, the simulations and the misfit, for a line of text.
 [[nodiscard]] std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names);
 
