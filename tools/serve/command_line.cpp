@@ -30,9 +30,9 @@ void add_matching_options(Tool& tool, ServeOptions& options) {
                   "fit only if --frames-alone, otherwise one after the other")
       ->check(in_range(1u, 64u));
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = matcher.trigger_ns = stamp_ns; };
-  tool.add_option_function(
-      "--trigger-ns", set_trigger,
-      "the sender's clock at impact; default: fit estimates it, and for the reference mesh it is 0");
+  tool.add_option_function("--trigger-ns", set_trigger,
+                           "the sender's clock (with several rigs, their common one) at impact; default: fit estimates "
+                           "it, and for the reference mesh it is 0");
   tool.add_option("--max-points", matcher.max_points, "larger frames are rejected")
       ->check(in_range(1u, wire::WireLimits::most_points));
   tool.add_option("--matches", matcher.max_matches, "samples per result, best first")->check(in_range(1u, 1000u));
@@ -63,8 +63,10 @@ void add_rig_options(Tool& tool, ServeOptions& options) {
   add("--wait-us", grouping.wait, "the longest time that a frame waits for those of the other rigs, microseconds");
 }
 
-void require_one_method(const ServeOptions& options) {
+void require_joint_settings(const ServeOptions& options) {
   if (!options.has_several_rigs()) return;
+  if (options.pipeline.grouping.window > options.pipeline.grouping.wait)
+    throw WrongUsage("--window-us is longer than --wait-us: frames of a capture would not be waited for");
   if (options.method.value_or(Method::fit) != Method::fit || options.frames_alone || options.pipeline.matchers > 1)
     throw WrongUsage(
         "several rigs are matched by --method fit, with the history of the test and one thread per rig: "
@@ -109,7 +111,7 @@ void add_options(Tool& tool, ServeOptions& options) {
   add_rig_options(tool, options);
   tool.add_usage_check([&options] {
     options.rigs = read_rigs(options.rig_options);
-    require_one_method(options);
+    require_joint_settings(options);
   });
   tool.add_option("--queue", options.pipeline.queue_slots, "frames of each rig that may wait for the matcher")
       ->check(in_range(1u, 4096u));

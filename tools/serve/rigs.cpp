@@ -12,7 +12,7 @@
 namespace lbea::tool {
 namespace {
 
-constexpr std::size_t most_rigs = 16, longest_name = 32;
+constexpr std::size_t longest_name = 32;
 
 /// NAME and VALUE of "NAME=VALUE"; without a name the whole text is the value.
 std::pair<std::string, std::string> divide(const std::string& text) {
@@ -25,16 +25,18 @@ std::pair<std::string, std::string> divide(const std::string& text) {
 /// Gives the values of an option to the rigs that they name.
 template <class Use>
 void assign(std::vector<ServedRig>& rigs, const std::vector<std::string>& texts, const std::string& option,
-            const Use& use) {
+            const std::string& what, const Use& use) {
   std::vector<const ServedRig*> given;
   for (const std::string& text : texts) {
-    const auto [name, value] = divide(text);
+    const bool is_alone = rigs.size() == 1 && rigs.front().name.empty();
+    const auto [name, value] = is_alone ? std::pair(std::string(), text) : divide(text);
     auto rig = std::ranges::find(rigs, name, &ServedRig::name);
     if (rigs.size() == 1 && name.empty()) rig = rigs.begin();
     if (rig == rigs.end())
-      throw WrongUsage(option + " " + text + ": give " + option +
-                       " NAME=" + "VALUE with the name of a rig of --frames");
-    if (std::ranges::find(given, &*rig) != given.end()) throw WrongUsage(option + " is given twice for one rig");
+      throw WrongUsage(option + " " + text + ": give " + option + " NAME=" + what +
+                       " with the name of a rig of --frames");
+    if (std::ranges::find(given, &*rig) != given.end())
+      throw WrongUsage(option + " is given twice" + (name.empty() ? "" : " for " + name));
     given.push_back(&*rig);
     use(*rig, value);
   }
@@ -57,8 +59,8 @@ void set_offset(ServedRig& rig, const std::string& value) {
 std::vector<ServedRig> read_rigs(const RigOptions& options) {
   std::vector<ServedRig> rigs;
   const bool is_alone = options.frames.size() == 1;
-  if (options.frames.size() > most_rigs)
-    throw WrongUsage("--frames: give at most " + std::to_string(most_rigs) + " rigs");
+  if (options.frames.size() > wire::most_rigs)
+    throw WrongUsage("--frames: give at most " + std::to_string(wire::most_rigs) + " rigs");
   for (const std::string& text : options.frames) {
     const auto [name, endpoint] = divide(text);
     if ((name.empty() && !is_alone) || name.size() > longest_name || endpoint.empty())
@@ -70,11 +72,11 @@ std::vector<ServedRig> read_rigs(const RigOptions& options) {
     rig.name = name;
     rig.endpoint = endpoint;
   }
-  assign(rigs, options.poses, "--pose", [](ServedRig& rig, const std::string& file) {
+  assign(rigs, options.poses, "--pose", "FILE", [](ServedRig& rig, const std::string& file) {
     require_file(file);
     rig.pose_file = file;
   });
-  assign(rigs, options.clock_offsets, "--clock-offset-ns", set_offset);
+  assign(rigs, options.clock_offsets, "--clock-offset-ns", "NS", set_offset);
   if (is_alone && !options.clock_offsets.empty()) throw WrongUsage("--clock-offset-ns needs several rigs");
   return rigs;
 }

@@ -199,6 +199,9 @@ struct WireChannel : ChannelValue {
   ChannelValue end{};  // forecast
 };
 
+/// That programs accept.
+inline constexpr std::size_t most_rigs = 16;
+
 /// One rig's frame in the result of a capture of several rigs; see RigResult.
 struct WireRigFrame : FitNumbers, FrameNumbers {
   std::string rig{};

@@ -9,7 +9,6 @@ namespace {
 
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
 constexpr std::size_t max_runs = 512, max_parameters = 64;  // of a forecast
-constexpr std::size_t max_rigs = 16;
 
 /// match() returns no other status.
 wire::WireStatus to_wire(Status status) noexcept {
@@ -131,7 +130,7 @@ void reserve(Outcome& outcome, std::uint32_t max_matches) {
   outcome.result.forecast.runs.reserve(max_runs);
   outcome.result.forecast.branches.reserve(max_branches);
   outcome.result.forecast.parameters.reserve(max_parameters);
-  outcome.result.rigs.reserve(max_rigs);
+  outcome.result.rigs.reserve(wire::most_rigs);
 }
 
 void clear(Outcome& outcome) noexcept {

@@ -90,7 +90,6 @@ bool read(std::istream& in, wire::SenderCondition& condition) {
 }
 
 constexpr std::uint32_t most_matches = 1000;  // as lbea-serve accepts
-constexpr std::size_t most_rigs = 16;         // the same
 
 bool is_rigid(const RigidTransform& T) {
   constexpr double tolerance = 1e-3;
@@ -180,7 +179,7 @@ void read(const mcap::Metadata& metadata, RunSettings& into, const std::string& 
     std::vector<RigSettings> rigs = std::move(into.rigs);
     into = settings_from(metadata, file);
     into.rigs = std::move(rigs);
-  } else if (metadata.name == rig_metadata_name && into.rigs.size() < most_rigs) {
+  } else if (metadata.name == rig_metadata_name && into.rigs.size() < wire::most_rigs) {
     into.rigs.push_back(rig_settings_from(metadata, file));
   }
 }
