@@ -2,43 +2,110 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 namespace lbea::tool {
 namespace {
 
-constexpr std::int64_t another_clock_ns = 1'000'000'000;  // no rig is late by so much
+constexpr std::int64_t second_ns = 1'000'000'000;
 
 }  // namespace
 
-bool CaptureGrouping::add(const WaitingFrame& frame) {
+bool RigLag::add(const WaitingFrame& frame, std::int64_t most_ns) noexcept {
+  constexpr std::int64_t until_believed_ns = second_ns / 10;
+  const std::int64_t lag_ns = frame.receive_ns - frame.stamp_ns;
+  if (is_known_ && ns() - lag_ns > most_ns) {
+    if (!ahead_since_ns_) ahead_since_ns_ = frame.receive_ns;
+    if (frame.receive_ns - *ahead_since_ns_ < until_believed_ns) return false;
+    is_known_ = false;
+  }
+  ahead_since_ns_.reset();
+  if (!is_known_) {
+    restart(lag_ns, frame.receive_ns);
+    least_before_ns_ = lag_ns;
+  } else if (frame.receive_ns - begin_ns_ > second_ns / 2) {
+    least_before_ns_ = least_ns_;
+    restart(lag_ns, frame.receive_ns);
+  }
+  least_ns_ = std::min(least_ns_, lag_ns);
+  return true;
+}
+
+void RigLag::restart(std::int64_t lag_ns, std::int64_t receive_ns) noexcept {
+  is_known_ = true;
+  least_ns_ = lag_ns;
+  begin_ns_ = receive_ns;
+}
+
+void CaptureGrouping::add(const WaitingFrame& frame) {
   Rig& rig = rigs_[frame.rig];
-  const bool is_in_step = keeps_step(frame);
+  if (!rig.lag.add(frame, config_.wait.count())) return refused_.push_back(frame);
+  note(rig, frame);
+  rig.is_expected = keeps_step(rig, frame.receive_ns);
+  if (!rig.is_expected)
+    for (const WaitingFrame& waiting : std::exchange(rig.waiting, {})) refused_.push_back(waiting);
+  const bool was_overtaken =
+      matched_until_ns_ && frame.stamp_ns < *matched_until_ns_ && *matched_until_ns_ - frame.stamp_ns < second_ns;
+  if (!rig.is_expected || was_overtaken) return refused_.push_back(frame);
+  rig.waiting.insert(std::ranges::upper_bound(rig.waiting, frame.stamp_ns, {}, &WaitingFrame::stamp_ns), frame);
+}
+
+bool CaptureGrouping::has_better_clock(const WaitingFrame& frame) const noexcept {
+  if (!matched_until_ns_) return false;
+  const std::int64_t lag_ns = frame.receive_ns - frame.stamp_ns, former_ns = frame.receive_ns - *matched_until_ns_;
+  return *matched_until_ns_ - frame.stamp_ns >= second_ns && std::abs(lag_ns) + second_ns <= std::abs(former_ns);
+}
+
+void CaptureGrouping::note(Rig& rig, const WaitingFrame& frame) noexcept {
+  constexpr double weight = 0.125;  // of the latest interval between arrivals
+  if (rig.has_sent) {
+    const auto between_ns = static_cast<double>(std::min(frame.receive_ns - rig.latest_receive_ns, second_ns));
+    rig.mean_between_ns += (rig.mean_between_ns > 0 ? weight : 1) * (between_ns - rig.mean_between_ns);
+  }
   if (rig.has_sent && frame.stamp_ns > rig.latest_stamp_ns) {
-    rig.interval_before_ns =
-        std::exchange(rig.interval_ns, std::min(frame.stamp_ns - rig.latest_stamp_ns, another_clock_ns));
-    if (rig.interval_before_ns == 0) rig.interval_before_ns = rig.interval_ns;
+    const std::int64_t interval_ns = std::min(frame.stamp_ns - rig.latest_stamp_ns, second_ns);
+    rig.interval_before_ns = rig.interval_ns == 0 ? interval_ns : rig.interval_ns;
+    rig.interval_ns = interval_ns;
   }
   rig.latest_stamp_ns = frame.stamp_ns;
   rig.latest_receive_ns = frame.receive_ns;
   rig.has_sent = true;
-  rig.is_expected = is_in_step;
-  if (!is_in_step) return false;
-  rig.waiting.insert(std::ranges::upper_bound(rig.waiting, frame.stamp_ns, {}, &WaitingFrame::stamp_ns), frame);
-  return true;
 }
 
-/// The clock of the first rig that sends is the common one.
-bool CaptureGrouping::keeps_step(const WaitingFrame& frame) const noexcept {
-  const std::int64_t lag = frame.receive_ns - frame.stamp_ns;
-  for (std::uint32_t before = 0; before < frame.rig; ++before) {
-    const Rig& rig = rigs_[before];
-    if (!rig.has_sent || frame.receive_ns - rig.latest_receive_ns > another_clock_ns) continue;
-    if (lag - rig.lag_ns() > another_clock_ns || rig.lag_ns() - lag > config_.wait.count()) return false;
-    break;
-  }
-  if (!matched_until_ns_ || frame.stamp_ns >= *matched_until_ns_) return true;
-  return *matched_until_ns_ - frame.stamp_ns > another_clock_ns;  // the clock of an earlier rig, which sends again
+/// Of the rigs that are sending, the one with the most captures in this test, so that a rig that joins does not put it
+/// out of step; at the beginning the one with the least lag. None whose clock differs by a second more from this
+/// machine's than another's.
+const CaptureGrouping::Rig* CaptureGrouping::leading(std::int64_t now_ns) const noexcept {
+  const auto is_sending = [&](const Rig& rig) { return rig.has_sent && now_ns - rig.latest_receive_ns <= second_ns; };
+  std::int64_t least_ns = std::numeric_limits<std::int64_t>::max();
+  for (const Rig& rig : rigs_)
+    if (is_sending(rig)) least_ns = std::min(least_ns, std::abs(rig.lag.ns()));
+  constexpr std::uint64_t beginning = 8;  // captures
+  const auto leads = [](const Rig& a, const Rig& b) {
+    const std::uint64_t of_a = a.captures / beginning, of_b = b.captures / beginning;
+    return of_a != of_b ? of_a > of_b : std::abs(a.lag.ns()) < std::abs(b.lag.ns());
+  };
+  const Rig* first = nullptr;
+  for (const Rig& rig : rigs_)
+    if (is_sending(rig) && std::abs(rig.lag.ns()) - least_ns <= second_ns && (first == nullptr || leads(rig, *first)))
+      first = &rig;
+  return first;
+}
+
+bool CaptureGrouping::keeps_step(const Rig& rig, std::int64_t now_ns) const noexcept {
+  const Rig* const leader = leading(now_ns);
+  if (leader == nullptr || leader == &rig) return true;
+  const std::int64_t behind_ns = rig.lag.ns() - leader->lag.ns();
+  return behind_ns <= wait_of(*leader) && -behind_ns <= wait_of(rig);
+}
+
+/// Until the frames of the rig use three quarters of their share of the queue.
+std::int64_t CaptureGrouping::wait_of(const Rig& rig) const noexcept {
+  const std::int64_t wait_ns = config_.wait.count();
+  if (!(rig.mean_between_ns > 0)) return wait_ns;
+  const double bearable_ns = 0.75 * queue_slots_ * rig.mean_between_ns;
+  return bearable_ns < static_cast<double>(wait_ns) ? static_cast<std::int64_t>(bearable_ns) : wait_ns;
 }
 
 const CaptureGrouping::Rig* CaptureGrouping::oldest() const noexcept {
@@ -67,7 +134,7 @@ std::span<const WaitingFrame> CaptureGrouping::next(std::int64_t now_ns, bool at
   capture_.clear();
   const Rig* const first = oldest();
   if (first == nullptr) return {};
-  const bool may_wait = !at_once && now_ns - first->waiting.front().receive_ns < config_.wait.count();
+  const bool may_wait = !at_once && now_ns < *deadline_ns();
   for (Rig& rig : rigs_) {
     if (!is_due(rig, first->waiting.front())) continue;
     if (may_wait) return {};
@@ -77,26 +144,30 @@ std::span<const WaitingFrame> CaptureGrouping::next(std::int64_t now_ns, bool at
     if (!rig.waiting.empty() && (&rig == first || belongs(rig.waiting.front(), *first)))
       capture_.push_back(rig.waiting.front());
   matched_until_ns_ = first->waiting.front().stamp_ns;
-  for (const WaitingFrame& frame : capture_) rigs_[frame.rig].waiting.erase(rigs_[frame.rig].waiting.begin());
+  for (const WaitingFrame& frame : capture_) {
+    Rig& rig = rigs_[frame.rig];
+    rig.waiting.erase(rig.waiting.begin());
+    ++rig.captures;
+  }
   return capture_;
 }
 
 std::optional<std::int64_t> CaptureGrouping::deadline_ns() const noexcept {
-  const Rig* const first = oldest();
-  if (first == nullptr) return std::nullopt;
-  return first->waiting.front().receive_ns + config_.wait.count();
-}
-
-std::size_t CaptureGrouping::most_waiting() const noexcept {
-  std::size_t most = 0;
-  for (const Rig& rig : rigs_) most = std::max(most, rig.waiting.size());
-  return most;
+  std::optional<std::int64_t> first;
+  for (const Rig& rig : rigs_)
+    for (const WaitingFrame& frame : rig.waiting)
+      first = std::min(first.value_or(std::numeric_limits<std::int64_t>::max()), frame.receive_ns + wait_of(rig));
+  return first;
 }
 
 void CaptureGrouping::begin_test() noexcept {
   matched_until_ns_.reset();
   for (Rig& rig : rigs_) {
+    rig.lag.reset();
     rig.has_sent = false;
+    rig.captures = 0;
+    rig.interval_ns = rig.interval_before_ns = 0;
+    rig.mean_between_ns = 0;
     rig.is_expected = true;
   }
 }

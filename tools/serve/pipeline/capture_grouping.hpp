@@ -1,10 +1,12 @@
 // Which frames of several rigs make up one capture, and how long to wait for those that have not arrived.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lbea::tool {
@@ -21,16 +23,42 @@ struct WaitingFrame {
   std::int64_t stamp_ns = 0, receive_ns = 0;
 };
 
+/// The least difference between arrivals and stamps in the last second: the shortest way of a rig's frames, and the
+/// difference between the clocks.
+class RigLag {
+ public:
+  /// False for a frame whose stamp is suddenly ahead by more than `most_ns`: it does not count, unless all frames of a
+  /// tenth of a second are ahead, because the clock was set.
+  [[nodiscard]] bool add(const WaitingFrame& frame, std::int64_t most_ns) noexcept;
+  /// Not before the first frame.
+  [[nodiscard]] std::int64_t ns() const noexcept { return std::min(least_ns_, least_before_ns_); }
+  void reset() noexcept { *this = {}; }
+
+ private:
+  void restart(std::int64_t lag_ns, std::int64_t receive_ns) noexcept;
+
+  bool is_known_ = false;
+  std::int64_t least_ns_ = 0, least_before_ns_ = 0;  // in this half second, and in the one before
+  std::int64_t begin_ns_ = 0;                        // of the half second
+  std::optional<std::int64_t> ahead_since_ns_;
+};
+
 /// Orders the frames by their stamps. A capture consists of the oldest frame and of those of other rigs that were
 /// captured within the window after it. It is complete as soon as every rig has a frame in it or a later one, or none
-/// is to be expected: the rig has ended, its latest frame was out of step, its next one is not due yet, or a wait was
-/// in vain since it last sent one.
+/// is to be expected: the rig has ended or is out of step, its next frame is not due yet, or a wait was in vain since
+/// it last sent one.
 class CaptureGrouping {
  public:
-  CaptureGrouping(std::size_t rigs, const GroupingConfig& config) : config_(config), rigs_(rigs) {}
-  /// False when the frame is out of step, so that it belongs to no capture: later ones are complete already; or its
-  /// stamp is ahead of those of a rig before it by more than the wait, or differs by more than a second.
-  [[nodiscard]] bool add(const WaitingFrame& frame);
+  /// queue_slots: frames of a rig that can wait; a rig waits at most until three quarters of them are used.
+  CaptureGrouping(std::size_t rigs, const GroupingConfig& config, std::uint32_t queue_slots)
+      : config_(config), queue_slots_(queue_slots), rigs_(rigs) {}
+  /// The frame may be out of step, so that it belongs to no capture: its rig's lag differs by more than the wait from
+  /// that of the leading rig, its stamp is ahead of its own rig's others, or a later capture is complete.
+  void add(const WaitingFrame& frame);
+  /// The frames that have been found to be out of step since the last call.
+  [[nodiscard]] std::vector<WaitingFrame> take_refused() noexcept { return std::exchange(refused_, {}); }
+  /// Whether the captures so far have another clock, which differs by seconds more from this machine's.
+  [[nodiscard]] bool has_better_clock(const WaitingFrame& frame) const noexcept;
   /// No further frame of the rig is to be expected.
   void end(std::uint32_t rig) noexcept { rigs_[rig].is_expected = false; }
   /// The next capture, in the order of rigs; empty if it is not complete yet. `at_once`: nothing is waited for. Valid
@@ -40,28 +68,32 @@ class CaptureGrouping {
   [[nodiscard]] std::optional<std::int64_t> deadline_ns() const noexcept;
   /// Whether a frame of the rig waits.
   [[nodiscard]] bool has_waiting(std::uint32_t rig) const noexcept { return !rigs_[rig].waiting.empty(); }
-  /// Frames of one rig.
-  [[nodiscard]] std::size_t most_waiting() const noexcept;
   /// The next frame is the first of another test, whose clock may be another one.
   void begin_test() noexcept;
 
  private:
   struct Rig {
     std::vector<WaitingFrame> waiting;  // by stamp
+    RigLag lag;
     std::int64_t latest_stamp_ns = 0, latest_receive_ns = 0;
     std::int64_t interval_ns = 0, interval_before_ns = 0;  // between its latest stamps; 0: not known
+    double mean_between_ns = 0;                            // arrivals; 0: not known
+    std::uint64_t captures = 0;                            // of this test that its frames are in
     bool has_sent = false;                                 // in this test
     bool is_expected = true;                               // further frames, in step
-    [[nodiscard]] std::int64_t lag_ns() const noexcept { return latest_receive_ns - latest_stamp_ns; }
   };
-  [[nodiscard]] bool keeps_step(const WaitingFrame& frame) const noexcept;
+  void note(Rig& rig, const WaitingFrame& frame) noexcept;
+  [[nodiscard]] bool keeps_step(const Rig& rig, std::int64_t now_ns) const noexcept;
+  [[nodiscard]] const Rig* leading(std::int64_t now_ns) const noexcept;
+  [[nodiscard]] std::int64_t wait_of(const Rig& rig) const noexcept;
   [[nodiscard]] const Rig* oldest() const noexcept;
   [[nodiscard]] bool is_due(const Rig& rig, const WaitingFrame& first) const noexcept;
   [[nodiscard]] bool belongs(const WaitingFrame& frame, const Rig& first) const noexcept;
 
   GroupingConfig config_;
+  std::uint32_t queue_slots_;
   std::vector<Rig> rigs_;
-  std::vector<WaitingFrame> capture_;
+  std::vector<WaitingFrame> capture_, refused_;
   std::optional<std::int64_t> matched_until_ns_;  // stamp of the latest capture
 };
 

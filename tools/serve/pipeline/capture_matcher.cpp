@@ -2,35 +2,44 @@
 
 namespace lbea::tool {
 
-bool RigTests::any_runs(std::int64_t now_ns) const noexcept {
-  return std::ranges::any_of(
-      rigs_, [&](const Sender& sender) { return sender.is_running && now_ns - sender.receive_ns <= timeout_ns_; });
+bool RigTests::begins(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) const noexcept {
+  const Sender& sender = rigs_[rig];
+  const bool is_other = sender.is_in_test && sender.session != session;
+  const auto is_of_former_test = [&](const Sender& other) {
+    return &other == &sender || !runs(other, receive_ns) || (is_other && other.has_restarted);
+  };
+  const bool is_new = !sender.is_in_test || is_other || sender.has_ended;
+  return !is_open_ || (is_new && std::ranges::all_of(rigs_, is_of_former_test));
 }
 
-bool RigTests::is_running(std::uint32_t rig, std::uint64_t session) const noexcept {
-  return rigs_[rig].is_running && rigs_[rig].session == session;
+void RigTests::begin() noexcept {
+  for (Sender& sender : rigs_) sender = {};
+  is_open_ = true;
 }
 
-bool RigTests::begins(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) noexcept {
+void RigTests::add(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) noexcept {
   Sender& sender = rigs_[rig];
-  if (session != sender.session) sender.is_running = false;
-  const bool is_first = !sender.is_running && !any_runs(receive_ns);
-  sender = {session, receive_ns, true};
-  return is_first;
+  const bool has_restarted = sender.has_restarted || (sender.is_in_test && sender.session != session);
+  sender = {session, receive_ns, true, false, has_restarted};
 }
 
-bool RigTests::end(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) noexcept {
+void RigTests::end(std::uint32_t rig, std::uint64_t session) noexcept {
   Sender& sender = rigs_[rig];
-  if (!sender.is_running || sender.session != session) return false;
-  sender.is_running = false;
-  return !any_runs(receive_ns);
+  if (sender.is_in_test && sender.session == session) sender.has_ended = true;
+}
+
+bool RigTests::closes(std::int64_t now_ns) noexcept {
+  const bool any_ended = std::ranges::any_of(rigs_, &Sender::has_ended);
+  if (!is_open_ || !any_ended) return false;
+  is_open_ = std::ranges::any_of(rigs_, [&](const Sender& sender) { return runs(sender, now_ns); });
+  return !is_open_;
 }
 
 CaptureMatcher::CaptureMatcher(const PipelineConfig& config, RigEngine& engine, PipelineQueues& queues)
     : config_(config),
       engine_(engine),
       queues_(queues),
-      grouping_(config.rigs.size(), config.grouping),
+      grouping_(config.rigs.size(), config.grouping, config.queue_slots),
       tests_(config.rigs.size(), config.sender_timeout),
       is_finished_(queues.frames.capacity()),
       threads_(config.rigs.size(), [&config](std::size_t thread) {
@@ -42,11 +51,14 @@ void CaptureMatcher::run() noexcept {
   while (true) {
     const bool is_closed = queues_.frames.closed();
     const bool has_taken = take_frames();
-    const bool has_matched = match_next(is_closed || is_crowded());
+    const bool has_matched = match_next(is_closed);
     finish_ends();
-    if (!has_taken && !has_matched && is_closed) break;
-    if (!has_taken && !has_matched) wait();
+    if (has_taken || has_matched) continue;
+    close_test(wire::wall_clock_ns());
+    if (is_closed) break;
+    wait();
   }
+  close_test(std::numeric_limits<std::int64_t>::max() / 2);  // no frame can follow
 }
 
 void CaptureMatcher::wait() noexcept {
@@ -68,26 +80,32 @@ bool CaptureMatcher::take_frames() noexcept {
 void CaptureMatcher::take(FrameSlot& slot) noexcept {
   const wire::FrameHeader& header = slot.header;
   if (header.end_of_stream) {
-    grouping_.end(slot.rig);
     ends_.push_back(taken_++);
     return;
   }
-  const bool may_begin = has_ended(slot.rig) || !tests_.is_running(slot.rig, header.session);
-  if (may_begin && !ends_.empty()) match_all();
-  if (tests_.begins(slot.rig, header.session, slot.receive_ns)) begin_test(slot);
+  if (has_end_waiting(slot.rig)) match_all();
+  close_test(slot.receive_ns);
   const WaitingFrame frame{taken_, slot.rig, config_.common_stamp_ns(slot.rig, header.stamp_ns), slot.receive_ns};
+  if (tests_.begins(slot.rig, header.session, slot.receive_ns) || grouping_.has_better_clock(frame)) begin_test(slot);
   ++taken_;
-  if (grouping_.add(frame)) return;
-  publish(wire::WireStatus::out_of_step, slot);
-  finish(frame.turn);
+  grouping_.add(frame);
+  bool is_refused = false;
+  for (const WaitingFrame& refused : grouping_.take_refused()) {
+    publish(wire::WireStatus::out_of_step, slot_of(refused));
+    finish(refused.turn);
+    is_refused = is_refused || refused.turn == frame.turn;
+  }
+  if (!is_refused) tests_.add(frame.rig, slot.header.session, frame.receive_ns);
 }
 
 void CaptureMatcher::begin_test(const FrameSlot& first) noexcept {
   match_all();
-  if (session_) publish_end_of_test(first.receive_ns - 1);  // a sender went without goodbye
+  if (is_open_) publish_end_of_test();  // a sender went without goodbye
+  tests_.begin();
   grouping_.begin_test();
   engine_.begin_test();
   session_ = ~first.header.session;
+  is_open_ = true;
 }
 
 bool CaptureMatcher::match_next(bool at_once) noexcept {
@@ -106,7 +124,7 @@ void CaptureMatcher::match(std::span<const WaitingFrame> capture) noexcept {
     engine_.match_alone(slot.rig, {slot.header.id, slot.header.stamp_ns,
                                    std::span<const Point>(slot.points).first(slot.header.points)});
   });
-  fill_capture(outcome, engine_, engine_.combine(), session_.value_or(0), captures_++);
+  fill_capture(outcome, engine_, engine_.combine(), session_, captures_++);
   for (std::size_t i = 0; i < capture.size(); ++i) {
     wire::WireRigFrame& frame = outcome.result.rigs[i];
     fill_rig_frame(frame, engine_.rigs()[capture[i].rig]);
@@ -122,6 +140,8 @@ void CaptureMatcher::describe(wire::WireResult& result, std::span<const WaitingF
   result.receive_ns = capture.front().receive_ns;
   for (const WaitingFrame& frame : capture) {
     const FrameSlot& slot = slot_of(frame);
+    if (config_.observer != nullptr) config_.observer->frame_of_test(frame.stamp_ns, slot.receive_ns);
+    matched_receive_ns_ = std::max(matched_receive_ns_, slot.receive_ns);
     result.receive_ns = std::min(result.receive_ns, slot.receive_ns);
     result.elapsed_ns.decode += slot.decode_ns;
     result.elapsed_ns.queue = std::max(result.elapsed_ns.queue, since_ns(slot.queued));
@@ -138,7 +158,7 @@ void CaptureMatcher::match_all() noexcept {
   finish_ends();
 }
 
-bool CaptureMatcher::has_ended(std::uint32_t rig) noexcept {
+bool CaptureMatcher::has_end_waiting(std::uint32_t rig) noexcept {
   return std::ranges::any_of(ends_, [&](std::uint64_t turn) { return queues_.frames.at(turn)->rig == rig; });
 }
 
@@ -148,25 +168,31 @@ void CaptureMatcher::finish_ends() noexcept {
     const FrameSlot& slot = *queues_.frames.at(turn);
     if (grouping_.has_waiting(slot.rig)) return false;
     publish(wire::WireStatus::end_of_stream, slot);
-    if (tests_.end(slot.rig, slot.header.session, slot.receive_ns) && session_) {
-      while (match_next(true)) {}
-      publish_end_of_test(slot.receive_ns);
-    }
+    tests_.end(slot.rig, slot.header.session);
+    grouping_.end(slot.rig);
+    close_test(slot.receive_ns);
     finish(turn);
     return true;
   });
 }
 
-void CaptureMatcher::publish_end_of_test(std::int64_t receive_ns) noexcept {
+void CaptureMatcher::close_test(std::int64_t now_ns) noexcept {
+  if (!tests_.closes(now_ns)) return;
+  while (match_next(true)) {}
+  publish_end_of_test();
+}
+
+/// After its captures, also by the time in its result.
+void CaptureMatcher::publish_end_of_test() noexcept {
   Outcome& outcome = queues_.outcomes.wait_and_claim();
   clear(outcome);
   wire::WireResult& result = outcome.result;
-  result.session = *session_;
+  result.session = session_;
   result.frame_id = captures_;
-  result.receive_ns = receive_ns;
+  result.receive_ns = matched_receive_ns_ + 1;
   result.status = wire::WireStatus::end_of_stream;
   queues_.outcomes.publish();
-  session_.reset();
+  is_open_ = false;
 }
 
 /// The result of one frame alone.

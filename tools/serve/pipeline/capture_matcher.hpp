@@ -6,29 +6,39 @@
 
 namespace lbea::tool {
 
-/// Tells when another test begins, by the sessions of the rigs' senders. A test ends when all its senders have ended or
-/// are silent.
+/// Tells when tests begin and end, by the sessions of the rigs' senders. A test ends when one of its senders has ended
+/// its stream and none is sending any more. While another one is sending, a sender that restarts or continues is of the
+/// same test, unless all the others have restarted too.
 class RigTests {
  public:
   explicit RigTests(std::size_t rigs, std::chrono::nanoseconds sender_timeout)
       : timeout_ns_(sender_timeout.count()), rigs_(rigs) {}
-  /// Whether the frame is the first of another test: its sender is new, or has ended its stream, and no other rig's
-  /// sender is running.
-  [[nodiscard]] bool begins(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) noexcept;
-  [[nodiscard]] bool is_running(std::uint32_t rig, std::uint64_t session) const noexcept;
-  /// The rig's sender has ended its stream. Whether this ends the test.
-  [[nodiscard]] bool end(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) noexcept;
+  /// Whether a frame would be the first of another test.
+  [[nodiscard]] bool begins(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) const noexcept;
+  /// The next frame is the first of another test.
+  void begin() noexcept;
+  /// A frame of the test.
+  void add(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) noexcept;
+  /// The rig's sender has ended its stream.
+  void end(std::uint32_t rig, std::uint64_t session) noexcept;
+  /// Whether a test has begun and not ended.
+  [[nodiscard]] bool is_open() const noexcept { return is_open_; }
+  /// Whether the test has ended by now; it is closed then.
+  [[nodiscard]] bool closes(std::int64_t now_ns) noexcept;
 
  private:
   struct Sender {
     std::uint64_t session = 0;
     std::int64_t receive_ns = 0;  // of its latest frame
-    bool is_running = false;
+    bool is_in_test = false, has_ended = false, has_restarted = false;
   };
-  [[nodiscard]] bool any_runs(std::int64_t now_ns) const noexcept;
+  [[nodiscard]] bool runs(const Sender& sender, std::int64_t now_ns) const noexcept {
+    return sender.is_in_test && !sender.has_ended && now_ns - sender.receive_ns <= timeout_ns_;
+  }
 
   std::int64_t timeout_ns_;
   std::vector<Sender> rigs_;
+  bool is_open_ = false;
 };
 
 class CaptureMatcher {
@@ -49,15 +59,14 @@ class CaptureMatcher {
   void match(std::span<const WaitingFrame> capture) noexcept;
   void describe(wire::WireResult& result, std::span<const WaitingFrame> capture) noexcept;
   void match_all() noexcept;
-  [[nodiscard]] bool has_ended(std::uint32_t rig) noexcept;
+  [[nodiscard]] bool has_end_waiting(std::uint32_t rig) noexcept;
   void finish_ends() noexcept;
+  void close_test(std::int64_t now_ns) noexcept;
   void begin_test(const FrameSlot& first) noexcept;
-  void publish_end_of_test(std::int64_t receive_ns) noexcept;
+  void publish_end_of_test() noexcept;
   void publish(wire::WireStatus status, const FrameSlot& slot) noexcept;
   void finish(std::uint64_t turn) noexcept;
   [[nodiscard]] FrameSlot& slot_of(const WaitingFrame& frame) noexcept { return *queues_.frames.at(frame.turn); }
-  /// Longer waiting would use up a rig's share of the queue.
-  [[nodiscard]] bool is_crowded() const noexcept { return 4 * grouping_.most_waiting() >= 3 * config_.queue_slots; }
   void wait() noexcept;
 
   const PipelineConfig& config_;
@@ -68,8 +77,9 @@ class CaptureMatcher {
   std::uint64_t taken_ = 0, released_ = 0;  // turns
   std::vector<bool> is_finished_;           // by turns
   std::vector<std::uint64_t> ends_;         // turns of ends of streams, whose frames may still wait
-  // Of the test's results: the complement of its first frame's, so that it is no sender's. None after the test's end.
-  std::optional<std::uint64_t> session_;
+  std::uint64_t session_ = 0;  // of the test's results: the complement of its first frame's, so that it is no sender's
+  bool is_open_ = false;       // the end of the test has not been published
+  std::int64_t matched_receive_ns_ = 0;  // the latest one of matched frames
   std::uint64_t captures_ = 0;
   std::atomic<std::uint64_t> current_frame_{0}, rounds_{0};
   SideBySide threads_;

@@ -27,6 +27,12 @@ bool RateLimit::allows(Clock::time_point now) noexcept {
 
 void FrameEnqueuer::on_frame(const ReceivedFrame& frame) noexcept {
   const bool is_end = frame.status == wire::WireStatus::end_of_stream;
+  const wire::FrameHeader& header = frame.decoder.header();
+  if (is_end && !is_new_end(header)) return;
+  if (frame.status == wire::WireStatus::ok && is_of_another_rig(header.session)) {
+    reject(wire::WireStatus::duplicate, frame);
+    return;
+  }
   if (frame.status != wire::WireStatus::ok && !is_end) {
     reject(frame.status, frame);
   } else if (is_end || frame.is_draining) {
@@ -38,9 +44,8 @@ void FrameEnqueuer::on_frame(const ReceivedFrame& frame) noexcept {
   }
   // After the matcher has its copy, so that it does not wait for the observer's.
   if (observer_ == nullptr) return;
-  const wire::FrameHeader& header = frame.decoder.header();
-  if (frame.status == wire::WireStatus::ok)
-    observer_->frame_of_test(config_.common_stamp_ns(rig_, header.stamp_ns), frame.receive_ns);
+  if (frame.status == wire::WireStatus::ok && config_.rigs.empty())
+    observer_->frame_of_test(header.stamp_ns, frame.receive_ns);
   observer_->frame(frame.message, header, {frame.receive_ns, rig_});
 }
 
@@ -74,6 +79,22 @@ void FrameEnqueuer::enqueue(FrameSlot& slot, const ReceivedFrame& frame) noexcep
 /// Whether the rig has not used up its share of the queue.
 bool FrameEnqueuer::has_room() const noexcept {
   return config_.rigs.empty() || queues_.queued[rig_] < config_.queue_slots;
+}
+
+/// With several rigs, repeated ends, and more of them than there is room for, are ignored: the others would wait.
+bool FrameEnqueuer::is_new_end(const wire::FrameHeader& header) noexcept {
+  if (config_.rigs.empty()) return true;
+  const std::pair end{header.session, header.id};
+  return queues_.queued[rig_] < config_.queue_slots + PipelineConfig::slots_for_ends &&
+         std::exchange(latest_end_, end) != end;
+}
+
+/// Frames are known by session and id.
+bool FrameEnqueuer::is_of_another_rig(std::uint64_t session) noexcept {
+  for (std::uint32_t rig = 0; rig < queues_.sessions.size(); ++rig)
+    if (rig != rig_ && queues_.sessions[rig] == session) return true;
+  queues_.sessions[rig_] = session;
+  return false;
 }
 
 void FrameEnqueuer::reject(wire::WireStatus status, const ReceivedFrame& frame) noexcept {

@@ -47,7 +47,11 @@ struct PipelineConfig {
     const std::int64_t offset_ns = rig < rigs.size() ? rigs[rig].clock_offset_ns : 0;
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(stamp_ns) + static_cast<std::uint64_t>(offset_ns));
   }
-  [[nodiscard]] std::size_t queue_capacity() const noexcept { return queue_slots * rig_count() + matchers - 1; }
+  static constexpr std::uint32_t slots_for_ends = 2;  // per rig of several, beside those for frames
+  [[nodiscard]] std::size_t queue_capacity() const noexcept {
+    return rigs.empty() ? std::size_t{queue_slots} + matchers - 1
+                        : rigs.size() * (std::size_t{queue_slots} + slots_for_ends);
+  }
 };
 
 struct FrameSlot {
@@ -66,7 +70,8 @@ struct PipelineQueues {
         outcomes(64, &publisher_bell),
         rejections(4096, &publisher_bell),
         accounts(config.rig_count()),
-        queued(config.rig_count()) {
+        queued(config.rig_count()),
+        sessions(config.rig_count()) {
     for (FrameSlot& slot : frames.slots()) slot.points.resize(config.limits.max_points);
     for (Outcome& outcome : outcomes.slots()) reserve(outcome, config.max_matches);
   }
@@ -84,12 +89,13 @@ struct PipelineQueues {
   }
 
   Doorbell matcher_bell, publisher_bell;
-  Channel<FrameSlot> frames;                       // receiver to matchers
-  Channel<Outcome> outcomes;                       // matchers to publisher
-  Channel<wire::WireResult> rejections;            // receiver to publisher: rejected and dropped frames
-  std::vector<SharedAccount> accounts;             // of each rig
-  std::vector<std::atomic<std::uint32_t>> queued;  // frames of each rig in the queue
-  std::atomic<bool> state_requested{false};        // publish a state before its regular time
+  Channel<FrameSlot> frames;                           // receiver to matchers
+  Channel<Outcome> outcomes;                           // matchers to publisher
+  Channel<wire::WireResult> rejections;                // receiver to publisher: rejected and dropped frames
+  std::vector<SharedAccount> accounts;                 // of each rig
+  std::vector<std::atomic<std::uint32_t>> queued;      // frames of each rig in the queue
+  std::vector<std::optional<std::uint64_t>> sessions;  // of each rig's latest frame; receiving thread
+  std::atomic<bool> state_requested{false};            // publish a state before its regular time
 };
 
 /// The longest time that a thread waits without looking at its queues.
@@ -136,6 +142,8 @@ class FrameEnqueuer final : public IntakeSink {
  private:
   void enqueue(FrameSlot& slot, const ReceivedFrame& frame) noexcept;
   [[nodiscard]] bool has_room() const noexcept;
+  [[nodiscard]] bool is_new_end(const wire::FrameHeader& header) noexcept;
+  [[nodiscard]] bool is_of_another_rig(std::uint64_t session) noexcept;
   void reject(wire::WireStatus status, const ReceivedFrame& frame) noexcept;
   void push_rejection(wire::WireStatus status, const wire::FrameHeader& header, std::int64_t receive_ns) noexcept;
 
@@ -146,6 +154,7 @@ class FrameEnqueuer final : public IntakeSink {
   RateLimit unidentified_limit_;
   RunObserver* observer_;  // optional
   PipelineQueues& queues_;
+  std::optional<std::pair<std::uint64_t, std::uint64_t>> latest_end_;  // session and id
 };
 
 }  // namespace lbea::tool

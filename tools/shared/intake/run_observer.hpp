@@ -19,8 +19,8 @@ class RunObserver {
     std::uint64_t unrecorded = 0;  // frames and results that are missing from the file
   };
   virtual ~RunObserver() = default;
-  /// Receiving thread, before frame(): the message is a frame of the running test, captured at `stamp_ns` of the
-  /// rigs' common clock. It may still find no room.
+  /// A frame of the running test, captured at `stamp_ns` of the rigs' common clock. With one rig: receiving thread,
+  /// before frame(); it may still find no room. With several: matching thread.
   virtual void frame_of_test(std::int64_t /*stamp_ns*/, std::int64_t /*receive_ns*/) noexcept {}
   /// Receiving thread. Every message as received, whatever its status; it is valid during the call.
   virtual void frame(wire::Message, const wire::FrameHeader&, const Arrival&) noexcept {}
