@@ -22,9 +22,9 @@ FrameFates::FrameFates(RecordedRun& run) {
     }
   }
   for (const RecordedCapture& capture : captures_) {
-    frames.push_back(capture.key);
     fates_[capture.key].has_frame =
-        std::ranges::all_of(capture.frames, [&](const FrameKey& frame) { return fates_[frame].has_frame; });
+        std::ranges::all_of(capture.frames, [this](const FrameKey& frame) { return has_frame(frame); });
+    if (has_frame(capture.key)) frames.push_back(capture.key);
   }
   find_sessions();
   find_series(frames);
@@ -96,6 +96,11 @@ bool FrameFates::never_arrived(const FrameKey& key, const Fate& fate) const {
   if (fate.is_absent) return true;
   const auto first = first_arrived_id_.find(key.first);
   return first != first_arrived_id_.end() && key.second < first->second;
+}
+
+bool FrameFates::has_frame(const FrameKey& frame) const {
+  const auto found = fates_.find(frame);
+  return found != fates_.end() && found->second.has_frame;
 }
 
 bool FrameFates::was_dropped(const FrameKey& frame) const {

@@ -26,6 +26,8 @@ class FrameFates {
   explicit FrameFates(RecordedRun& run);
   /// In the order in which they were matched. The functions below know a capture by its key as they know a frame.
   [[nodiscard]] const std::vector<RecordedCapture>& captures() const noexcept { return captures_; }
+  /// Whether the frame is recorded; of a capture, all of them.
+  [[nodiscard]] bool has_frame(const FrameKey& frame) const;
   /// Whether the matcher dropped the frame, or never got it.
   [[nodiscard]] bool was_dropped(const FrameKey& frame) const;
   /// An end of stream ends the test: frames after it belong to another one.

@@ -24,6 +24,8 @@ RigReplay::RigReplay(const Model& model, const RunSettings& settings, const std:
       decoder_(wire::WireLimits{.max_points = settings.matcher.max_points}) {
   for (const RigSettings& rig : settings.rigs) rigs_.emplace(rig.name, rigs_.size());
   for (const RecordedCapture& capture : fates.captures()) {
+    if (!fates.has_frame(capture.key)) continue;  // one is outside the recorded window, or was lost
+    captures_.push_back(&capture);
     in_captures_.insert(capture.frames.begin(), capture.frames.end());
     for (const std::string& rig : capture.rigs)
       if (!rigs_.contains(rig))
@@ -35,17 +37,20 @@ RigReplay::RigReplay(const Model& model, const RunSettings& settings, const std:
 
 bool RigReplay::add(const RecordedMessage& frame, std::int64_t from_ns, const ResultHandler& handle) {
   const FrameKey key{frame.session, frame.id};
-  if (!in_captures_.contains(key)) ++left_out_;
-  if (!in_captures_.contains(key) ||
-      decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id)) != wire::WireStatus::ok)
+  if (in_captures_.erase(key) == 0) {  // or a repeated id
+    ++left_out_;
     return true;
+  }
   Cloud& cloud = clouds_[key];
+  if (decoder_.open(encoder_.frame_of_cloud(frame.data, frame.session, frame.id)) != wire::WireStatus::ok)
+    throw Error(Status::bad_input, "the matcher has matched frame " + std::to_string(frame.id) +
+                                       " of a rig, whose recorded cloud cannot be read; see lbea-inspect");
   cloud.header = decoder_.header();
   cloud.points.resize(cloud.header.points);
   decoder_.read_points(cloud.points);
   cloud.receive_ns = frame.log_time_ns;
-  for (; next_ < fates_.captures().size() && is_complete(fates_.captures()[next_]); ++next_) {
-    const RecordedCapture& capture = fates_.captures()[next_];
+  for (; next_ < captures_.size() && is_complete(*captures_[next_]); ++next_) {
+    const RecordedCapture& capture = *captures_[next_];
     const wire::WireResult result = match(capture);
     for (const FrameKey& matched : capture.frames) clouds_.erase(matched);
     if (capture.receive_ns >= from_ns && !handle(result, fates_.test_of(capture.key))) return false;

@@ -42,7 +42,8 @@ class RigReplay {
   std::map<std::string, std::size_t> rigs_;  // numbers by names
   std::map<FrameKey, Cloud> clouds_;         // of captures that are not complete
   std::set<FrameKey> in_captures_;
-  std::size_t next_ = 0;  // capture
+  std::vector<const RecordedCapture*> captures_;  // of which all frames are recorded
+  std::size_t next_ = 0;
   std::optional<TestKey> test_;
   std::uint64_t left_out_ = 0, sequence_ = 0;
   Outcome outcome_;
