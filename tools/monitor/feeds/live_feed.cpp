@@ -115,7 +115,8 @@ class Live final : public LiveFeed {
         std::find_if(waiting_.rbegin(), waiting_.rend(), [&](const WaitingCloud& w) { return answers(result, w); });
     if (cloud != waiting_.rend()) {
       show(result, *cloud);
-      waiting_.erase(waiting_.begin(), cloud.base());
+      const std::uint64_t shown = cloud->session, last = cloud->frame_id;
+      std::erase_if(waiting_, [&](const WaitingCloud& w) { return w.session == shown && w.frame_id <= last; });
     } else if (Clock::now() - moment_time_ > cloudless_after && wire::fate_of(result.status) == wire::Fate::matched) {
       moment_ = {result, nullptr};
     }
