@@ -42,6 +42,11 @@ class RigCamera {
   void send(const std::vector<lbea::Point>& points, std::int64_t stamp_ns) {
     REQUIRE(sink_.send(encoder_.frame({next_id_++, stamp_ns, points}, session_), 30s));
   }
+  /// Another cloud with the id of the latest frame.
+  void repeat_id(const std::vector<lbea::Point>& points, std::int64_t stamp_ns) {
+    --next_id_;
+    send(points, stamp_ns);
+  }
   void end() { REQUIRE(sink_.send(encoder_.end_of_stream(session_, next_id_), 30s)); }
   /// The sender program ends without goodbye, and another one begins.
   void restart() {
@@ -204,6 +209,53 @@ TEST_CASE("results go on whatever one rig does, and say which rigs they rest on"
   CAPTURE(replay.err);
   CHECK(replay.exit_code == 0);
   CHECK(Json::parse(replay.out)["different"] == 0);
+}
+
+// Regression: the replay took the last cloud of an id.
+TEST_CASE("a repeated id of one rig changes neither results nor their replay") {
+  Rigs rigs;
+  RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
+  const std::int64_t impact_ns = wall_clock_ns();
+  for (std::size_t step = 0; step < 5; ++step) {
+    const std::int64_t stamp_ns = impact_ns + static_cast<std::int64_t>(step) * between_states_ns;
+    left.send(clouds()[step], stamp_ns);
+    left.repeat_id(other_component(), stamp_ns);
+    right.send(clouds()[step], stamp_ns);
+    CHECK(used(rigs.next_of(step)) == Names{"left", "right"});
+  }
+  left.end();
+  right.end();
+  rigs.receive_end();
+  CHECK(stop(*rigs.server) == 0);
+  const Json tally = Json::parse(text_of(rigs.bench.file("serve.out")));
+  CHECK(tally["rigs"]["left"]["rejected_by_reason"]["duplicate"] == 5);
+  const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
+  CAPTURE(replay.err);
+  CHECK(replay.exit_code == 0);
+  CHECK(Json::parse(replay.out)["same"] == 5);
+}
+
+// Regression: a capture of which one frame was before the window held up all others.
+TEST_CASE("a recorded window of two rigs is matched again") {
+  Rigs rigs({"--record-window", "0.02:30"});
+  RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
+  const std::int64_t impact_ns = wall_clock_ns();
+  for (std::size_t step = 0; step < states; ++step) {
+    const std::int64_t stamp_ns = impact_ns + static_cast<std::int64_t>(step) * between_states_ns;
+    left.send(clouds()[step], stamp_ns);
+    std::this_thread::sleep_for(5ms);
+    right.send(clouds()[step], stamp_ns);
+    static_cast<void>(rigs.next_of(step));
+    if (step == 10) rigs.server->signal(SIGUSR1);
+  }
+  left.end();
+  right.end();
+  rigs.receive_end();
+  stop(*rigs.server);
+  const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --json");
+  CAPTURE(replay.err);
+  CHECK(replay.exit_code == 0);
+  CHECK(std::ranges::count(replay.out, '\n') >= 10);
 }
 
 TEST_CASE("rigs are refused in a sentence when names, poses or methods do not fit") {
