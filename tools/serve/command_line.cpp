@@ -162,9 +162,10 @@ std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
   return find_field(model, options.inferred_field);
 }
 
-std::uint64_t queue_bytes(const ServeOptions& options) noexcept {
-  const std::uint64_t slots =
-      options.pipeline.queue_slots * std::uint64_t{options.rigs.size()} + options.pipeline.matchers - 1;
+std::uint64_t queue_bytes(const ServeOptions& options) {
+  PipelineConfig pipeline = options.pipeline;
+  if (options.has_several_rigs()) pipeline.rigs.resize(options.rigs.size());
+  const std::uint64_t slots = pipeline.queue_capacity();
   return slots * options.matcher.max_points * sizeof(Point);
 }
 

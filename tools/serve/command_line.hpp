@@ -39,7 +39,7 @@ void choose_method(ServeOptions& options, const Model& model);
 [[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
 /// Memory of the queue in bytes: one slot of max_points per rig, waiting frame and further matcher, allocated at the
 /// start.
-[[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options) noexcept;
+[[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options);
 /// --check: tests everything that does not need frames and prints the findings. Returns the exit code.
 int check(ServeOptions options);
 

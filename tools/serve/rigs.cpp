@@ -2,7 +2,6 @@
 
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/rig/sensor_json.hpp"
-
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/matching/views.hpp"
