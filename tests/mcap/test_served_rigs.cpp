@@ -74,7 +74,7 @@ class Rigs {
         LBEA_SERVE,         LBEA_MODEL,      "--frames",     "left=" + left(), "--frames",
         "right=" + right(), "--pose",        "left=" + pose, "--pose",         "right=" + pose,
         "--results",        bench.results(), "--json",       "--record",       bench.file("run.mcap"),
-        "--wait-us",        "100000"};
+        "--wait-us",        "1000000"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     server = bench.start(arguments, "serve", "ready: frames of left on " + left());
     source.emplace(context, bench.results());
@@ -163,36 +163,41 @@ TEST_CASE("results go on whatever one rig does, and say which rigs they rest on"
   RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 20);
   std::size_t step = 0;
   std::map<std::string, std::uint64_t> sent;
-  const std::int64_t impact_ns = wall_clock_ns();
+  std::int64_t stamp_ns = wall_clock_ns();
+  const auto capture = [&](const std::function<void(std::int64_t)>& of_right) {
+    left.send(clouds()[step], stamp_ns);
+    of_right(stamp_ns);
+    const WireResult result = rigs.next_of(sent["left"]++);
+    CHECK(used(result).front() == "left");
+    CHECK(result.verdict != WireVerdict::no_simulation_fits);
+    CHECK(result.session == ~std::uint64_t{1});
+    stamp_ns += 1000;
+    return used(result);
+  };
   const auto captures = [&](const std::string& what, const std::function<void(std::int64_t)>& of_right,
                             const Names& expected) {
-    for (int i = 0; i < 3; ++i, ++step) {
-      CAPTURE(what);
+    CAPTURE(what);
+    REQUIRE(eventually([&] { return capture(of_right) == expected; }));  // a rig that returns is not waited for at once
+    for (int i = 0; i < 2; ++i) {
+      ++step;
+      stamp_ns += between_states_ns;
       CAPTURE(step);
-      const std::int64_t stamp_ns = impact_ns + static_cast<std::int64_t>(step) * between_states_ns;
-      left.send(clouds()[step], stamp_ns);
-      ++sent["left"];
-      of_right(stamp_ns);
-      const WireResult result = rigs.next_of(step);
-      if (i > 0) CHECK(used(result) == expected);  // nobody waits for the first frame of a rig that returns
-      CHECK(used(result).front() == "left");
-      CHECK(result.verdict != WireVerdict::no_simulation_fits);
-      CHECK(result.session == ~std::uint64_t{1});
+      CHECK(capture(of_right) == expected);
     }
   };
-  const auto send_right = [&](const std::vector<lbea::Point>& points, std::int64_t stamp_ns) {
-    right.send(points, stamp_ns);
+  const auto send_right = [&](const std::vector<lbea::Point>& points, std::int64_t at_ns) {
+    right.send(points, at_ns);
     ++sent["right"];
   };
-  const auto clear = [&](std::int64_t stamp_ns) { send_right(clouds()[step], stamp_ns); };
+  const auto clear = [&](std::int64_t at_ns) { send_right(clouds()[step], at_ns); };
   const Names both{"left", "right"};
   captures("clear", clear, both);
   captures("killed", [](std::int64_t) {}, {"left"});
   right.restart();
   captures("restarted", clear, both);
-  captures("late", [&](std::int64_t stamp_ns) { send_right(clouds()[step], stamp_ns - 200'000'000); }, {"left"});
+  captures("late", [&](std::int64_t at_ns) { send_right(clouds()[step], at_ns - 2'000'000'000); }, {"left"});
   captures("in time again", clear, both);
-  captures("another component", [&](std::int64_t stamp_ns) { send_right(other_component(), stamp_ns); }, {"left"});
+  captures("another component", [&](std::int64_t at_ns) { send_right(other_component(), at_ns); }, {"left"});
   captures("clear again", clear, both);
   left.end();
   right.end();
@@ -204,7 +209,7 @@ TEST_CASE("results go on whatever one rig does, and say which rigs they rest on"
     CHECK(tally["rigs"][rig]["adds_up"] == true);
   }
   CHECK(tally["rigs"]["left"]["matched"] == sent["left"]);
-  CHECK(tally["rigs"]["right"]["dropped_by_reason"]["out_of_step"] == 3);
+  CHECK(tally["rigs"]["right"]["dropped_by_reason"]["out_of_step"] >= 3);
   const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
   CAPTURE(replay.err);
   CHECK(replay.exit_code == 0);
