@@ -12,30 +12,27 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 
 }  // namespace
 
+std::int64_t RigLag::at(std::int64_t now_ns) const noexcept {
+  return now_ns / half_second_ns == half_second_ ? std::min(least_ns_, least_before_ns_) : least_ns_;
+}
+
 bool RigLag::add(const WaitingFrame& frame, std::int64_t most_ns) noexcept {
   constexpr std::int64_t until_believed_ns = second_ns / 10;
-  const std::int64_t lag_ns = frame.receive_ns - frame.stamp_ns;
-  if (is_known_ && ns() - lag_ns > most_ns) {
+  const std::int64_t lag_ns = frame.receive_ns - frame.stamp_ns, now = frame.receive_ns / half_second_ns;
+  if (is_known_ && at(frame.receive_ns) - lag_ns > most_ns) {
     if (!ahead_since_ns_) ahead_since_ns_ = frame.receive_ns;
     if (frame.receive_ns - *ahead_since_ns_ < until_believed_ns) return false;
     is_known_ = false;
   }
   ahead_since_ns_.reset();
-  if (!is_known_) {
-    restart(lag_ns, frame.receive_ns);
-    least_before_ns_ = lag_ns;
-  } else if (frame.receive_ns - begin_ns_ > second_ns / 2) {
-    least_before_ns_ = least_ns_;
-    restart(lag_ns, frame.receive_ns);
-  }
+  if (!is_known_ || now > half_second_ + 1)
+    least_ns_ = least_before_ns_ = lag_ns;
+  else if (now > half_second_)
+    least_before_ns_ = std::exchange(least_ns_, lag_ns);
+  is_known_ = true;
+  half_second_ = now;
   least_ns_ = std::min(least_ns_, lag_ns);
   return true;
-}
-
-void RigLag::restart(std::int64_t lag_ns, std::int64_t receive_ns) noexcept {
-  is_known_ = true;
-  least_ns_ = lag_ns;
-  begin_ns_ = receive_ns;
 }
 
 void CaptureGrouping::add(const WaitingFrame& frame) {
@@ -49,6 +46,13 @@ void CaptureGrouping::add(const WaitingFrame& frame) {
       matched_until_ns_ && frame.stamp_ns < *matched_until_ns_ && *matched_until_ns_ - frame.stamp_ns < second_ns;
   if (!rig.is_expected || was_overtaken) return refused_.push_back(frame);
   rig.waiting.insert(std::ranges::upper_bound(rig.waiting, frame.stamp_ns, {}, &WaitingFrame::stamp_ns), frame);
+}
+
+/// Not if the rig's clock was set back.
+bool CaptureGrouping::was_overtaken(const WaitingFrame& frame) const noexcept {
+  if (!matched_until_ns_ || frame.stamp_ns >= *matched_until_ns_) return false;
+  const std::int64_t late_ns = frame.receive_ns - frame.stamp_ns - rigs_[frame.rig].lag.at(frame.receive_ns);
+  return *matched_until_ns_ - frame.stamp_ns < second_ns || late_ns > config_.wait.count();
 }
 
 bool CaptureGrouping::has_better_clock(const WaitingFrame& frame) const noexcept {
@@ -80,15 +84,16 @@ const CaptureGrouping::Rig* CaptureGrouping::leading(std::int64_t now_ns) const 
   const auto is_sending = [&](const Rig& rig) { return rig.has_sent && now_ns - rig.latest_receive_ns <= second_ns; };
   std::int64_t least_ns = std::numeric_limits<std::int64_t>::max();
   for (const Rig& rig : rigs_)
-    if (is_sending(rig)) least_ns = std::min(least_ns, std::abs(rig.lag.ns()));
+    if (is_sending(rig)) least_ns = std::min(least_ns, std::abs(rig.lag.at(now_ns)));
   constexpr std::uint64_t beginning = 8;  // captures
-  const auto leads = [](const Rig& a, const Rig& b) {
+  const auto leads = [now_ns](const Rig& a, const Rig& b) {
     const std::uint64_t of_a = a.captures / beginning, of_b = b.captures / beginning;
-    return of_a != of_b ? of_a > of_b : std::abs(a.lag.ns()) < std::abs(b.lag.ns());
+    return of_a != of_b ? of_a > of_b : std::abs(a.lag.at(now_ns)) < std::abs(b.lag.at(now_ns));
   };
   const Rig* first = nullptr;
   for (const Rig& rig : rigs_)
-    if (is_sending(rig) && std::abs(rig.lag.ns()) - least_ns <= second_ns && (first == nullptr || leads(rig, *first)))
+    if (is_sending(rig) && std::abs(rig.lag.at(now_ns)) - least_ns <= second_ns &&
+        (first == nullptr || leads(rig, *first)))
       first = &rig;
   return first;
 }
@@ -96,7 +101,7 @@ const CaptureGrouping::Rig* CaptureGrouping::leading(std::int64_t now_ns) const 
 bool CaptureGrouping::keeps_step(const Rig& rig, std::int64_t now_ns) const noexcept {
   const Rig* const leader = leading(now_ns);
   if (leader == nullptr || leader == &rig) return true;
-  const std::int64_t behind_ns = rig.lag.ns() - leader->lag.ns();
+  const std::int64_t behind_ns = rig.lag.at(now_ns) - leader->lag.at(now_ns);
   return behind_ns <= wait_of(*leader) && -behind_ns <= wait_of(rig);
 }
 

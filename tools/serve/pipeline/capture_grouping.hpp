@@ -24,22 +24,23 @@ struct WaitingFrame {
 };
 
 /// The least difference between arrivals and stamps in the last second: the shortest way of a rig's frames, and the
-/// difference between the clocks.
+/// difference between the clocks. All rigs have the same half seconds, so that streams can be compared that are played
+/// slower than their stamps say.
 class RigLag {
  public:
   /// False for a frame whose stamp is suddenly ahead by more than `most_ns`: it does not count, unless all frames of a
   /// tenth of a second are ahead, because the clock was set.
   [[nodiscard]] bool add(const WaitingFrame& frame, std::int64_t most_ns) noexcept;
-  /// Not before the first frame.
-  [[nodiscard]] std::int64_t ns() const noexcept { return std::min(least_ns_, least_before_ns_); }
+  /// In the present half second and the one before; else the latest one. Not before the first frame.
+  [[nodiscard]] std::int64_t at(std::int64_t now_ns) const noexcept;
   void reset() noexcept { *this = {}; }
 
  private:
-  void restart(std::int64_t lag_ns, std::int64_t receive_ns) noexcept;
+  static constexpr std::int64_t half_second_ns = 500'000'000;
 
   bool is_known_ = false;
-  std::int64_t least_ns_ = 0, least_before_ns_ = 0;  // in this half second, and in the one before
-  std::int64_t begin_ns_ = 0;                        // of the half second
+  std::int64_t half_second_ = 0;                     // since 1970
+  std::int64_t least_ns_ = 0, least_before_ns_ = 0;  // in it, and in the one before
   std::optional<std::int64_t> ahead_since_ns_;
 };
 
@@ -83,6 +84,7 @@ class CaptureGrouping {
     bool is_expected = true;                               // further frames, in step
   };
   void note(Rig& rig, const WaitingFrame& frame) noexcept;
+  [[nodiscard]] bool was_overtaken(const WaitingFrame& frame) const noexcept;
   [[nodiscard]] bool keeps_step(const Rig& rig, std::int64_t now_ns) const noexcept;
   [[nodiscard]] const Rig* leading(std::int64_t now_ns) const noexcept;
   [[nodiscard]] std::int64_t wait_of(const Rig& rig) const noexcept;
