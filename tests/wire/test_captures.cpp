@@ -187,6 +187,8 @@ TEST_CASE("a rig whose clock or latency is wrong takes no frames from the other 
       {"half a second ahead", [](int, std::int64_t& stamp, std::int64_t&) { stamp += 500'000; }},
       {"the clock is set", [](int i, std::int64_t& stamp, std::int64_t&) { stamp += i >= 50 ? 500'000 : 0; }},
       {"late", [](int, std::int64_t&, std::int64_t& at) { at += 30'000; }},
+      {"seconds late for a while",
+       [](int i, std::int64_t&, std::int64_t& at) { at += i >= 50 && i < 100 ? 2'000'000 : 0; }},
       {"late for a while", [](int i, std::int64_t&, std::int64_t& at) { at += i >= 50 && i < 100 ? 200'000 : 0; }}};
   for (const std::uint32_t wrong : {0u, 1u})
     for (const auto& [what, change] : changes) {
@@ -360,7 +362,10 @@ std::map<FrameId, int> answers(const std::vector<WireResult>& results) {
 }  // namespace
 
 TEST_CASE("two rigs in step: one result per capture, in order, then the ends of both streams and of the test") {
-  RigBench bench;
+  PipelineConfig config = RigBench::two_rigs();
+  config.queue_slots = 1000;
+  config.grouping.wait = 1s;  // also on a loaded machine
+  RigBench bench(config);
   constexpr std::uint64_t frames = 50;
   for (std::uint64_t id = 0; id < frames; ++id) {
     const std::int64_t now = wall_clock_ns();
@@ -484,7 +489,6 @@ TEST_CASE("a rig that floods its endpoint does not use up the other one's share 
   bench.finish();
   const std::vector<WireRig> rigs = bench.pipeline->rigs();
   CHECK(rigs[0].counters.of(WireStatus::queue_full) == 0);
-  CHECK(rigs[1].counters.of(WireStatus::queue_full) > 0);
   CHECK(rigs[0].counters.captured() == 4);
   CHECK(rigs[1].counters.captured() == 40);
   CHECK(rigs[1].counters.adds_up());
