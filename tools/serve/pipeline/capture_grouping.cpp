@@ -62,11 +62,6 @@ bool CaptureGrouping::has_better_clock(const WaitingFrame& frame) const noexcept
 }
 
 void CaptureGrouping::note(Rig& rig, const WaitingFrame& frame) noexcept {
-  constexpr double weight = 0.125;  // of the latest interval between arrivals
-  if (rig.has_sent) {
-    const auto between_ns = static_cast<double>(std::min(frame.receive_ns - rig.latest_receive_ns, second_ns));
-    rig.mean_between_ns += (rig.mean_between_ns > 0 ? weight : 1) * (between_ns - rig.mean_between_ns);
-  }
   if (rig.has_sent && frame.stamp_ns > rig.latest_stamp_ns) {
     const std::int64_t interval_ns = std::min(frame.stamp_ns - rig.latest_stamp_ns, second_ns);
     rig.interval_before_ns = rig.interval_ns == 0 ? interval_ns : rig.interval_ns;
@@ -101,16 +96,11 @@ const CaptureGrouping::Rig* CaptureGrouping::leading(std::int64_t now_ns) const 
 bool CaptureGrouping::keeps_step(const Rig& rig, std::int64_t now_ns) const noexcept {
   const Rig* const leader = leading(now_ns);
   if (leader == nullptr || leader == &rig) return true;
-  const std::int64_t behind_ns = rig.lag.at(now_ns) - leader->lag.at(now_ns);
-  return behind_ns <= wait_of(*leader) && -behind_ns <= wait_of(rig);
+  return std::abs(rig.lag.at(now_ns) - leader->lag.at(now_ns)) <= config_.wait.count();
 }
 
-/// Until the frames of the rig use three quarters of their share of the queue.
-std::int64_t CaptureGrouping::wait_of(const Rig& rig) const noexcept {
-  const std::int64_t wait_ns = config_.wait.count();
-  if (!(rig.mean_between_ns > 0)) return wait_ns;
-  const double bearable_ns = 0.75 * queue_slots_ * rig.mean_between_ns;
-  return bearable_ns < static_cast<double>(wait_ns) ? static_cast<std::int64_t>(bearable_ns) : wait_ns;
+bool CaptureGrouping::is_crowded() const noexcept {
+  return std::ranges::any_of(rigs_, [this](const Rig& rig) { return 4 * rig.waiting.size() >= 3 * queue_slots_; });
 }
 
 const CaptureGrouping::Rig* CaptureGrouping::oldest() const noexcept {
@@ -139,7 +129,7 @@ std::span<const WaitingFrame> CaptureGrouping::next(std::int64_t now_ns, bool at
   capture_.clear();
   const Rig* const first = oldest();
   if (first == nullptr) return {};
-  const bool may_wait = !at_once && now_ns < *deadline_ns();
+  const bool may_wait = !at_once && !is_crowded() && now_ns < *deadline_ns();
   for (Rig& rig : rigs_) {
     if (!is_due(rig, first->waiting.front())) continue;
     if (may_wait) return {};
@@ -161,7 +151,8 @@ std::optional<std::int64_t> CaptureGrouping::deadline_ns() const noexcept {
   std::optional<std::int64_t> first;
   for (const Rig& rig : rigs_)
     for (const WaitingFrame& frame : rig.waiting)
-      first = std::min(first.value_or(std::numeric_limits<std::int64_t>::max()), frame.receive_ns + wait_of(rig));
+      first =
+          std::min(first.value_or(std::numeric_limits<std::int64_t>::max()), frame.receive_ns + config_.wait.count());
   return first;
 }
 
@@ -172,7 +163,6 @@ void CaptureGrouping::begin_test() noexcept {
     rig.has_sent = false;
     rig.captures = 0;
     rig.interval_ns = rig.interval_before_ns = 0;
-    rig.mean_between_ns = 0;
     rig.is_expected = true;
   }
 }

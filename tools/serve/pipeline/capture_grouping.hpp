@@ -78,7 +78,6 @@ class CaptureGrouping {
     RigLag lag;
     std::int64_t latest_stamp_ns = 0, latest_receive_ns = 0;
     std::int64_t interval_ns = 0, interval_before_ns = 0;  // between its latest stamps; 0: not known
-    double mean_between_ns = 0;                            // arrivals; 0: not known
     std::uint64_t captures = 0;                            // of this test that its frames are in
     bool has_sent = false;                                 // in this test
     bool is_expected = true;                               // further frames, in step
@@ -87,7 +86,7 @@ class CaptureGrouping {
   [[nodiscard]] bool was_overtaken(const WaitingFrame& frame) const noexcept;
   [[nodiscard]] bool keeps_step(const Rig& rig, std::int64_t now_ns) const noexcept;
   [[nodiscard]] const Rig* leading(std::int64_t now_ns) const noexcept;
-  [[nodiscard]] std::int64_t wait_of(const Rig& rig) const noexcept;
+  [[nodiscard]] bool is_crowded() const noexcept;
   [[nodiscard]] const Rig* oldest() const noexcept;
   [[nodiscard]] bool is_due(const Rig& rig, const WaitingFrame& first) const noexcept;
   [[nodiscard]] bool belongs(const WaitingFrame& frame, const Rig& first) const noexcept;
