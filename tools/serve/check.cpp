@@ -107,6 +107,12 @@ void check_endpoints(Preflight& preflight, const ServeOptions& options) {
     });
 }
 
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
+  return all;
+}
+
 Finding check_descriptors() {
   rlimit limit{};
   ::getrlimit(RLIMIT_NOFILE, &limit);
@@ -116,14 +122,6 @@ Finding check_descriptors() {
           text + "; unknown connections could use them up, raise LimitNOFILE= or ulimit -n"};
 }
 
-}  // namespace
-
-namespace {
-std::string joined(const std::vector<std::string>& texts) {
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
-  return all;
-}
 }  // namespace
 
 int check(ServeOptions options) {

@@ -158,13 +158,7 @@ std::optional<std::int64_t> CaptureGrouping::deadline_ns() const noexcept {
 
 void CaptureGrouping::begin_test() noexcept {
   matched_until_ns_.reset();
-  for (Rig& rig : rigs_) {
-    rig.lag.reset();
-    rig.has_sent = false;
-    rig.captures = 0;
-    rig.interval_ns = rig.interval_before_ns = 0;
-    rig.is_expected = true;
-  }
+  for (Rig& rig : rigs_) rig = {};
 }
 
 }  // namespace lbea::tool

@@ -23,17 +23,16 @@ struct WaitingFrame {
   std::int64_t stamp_ns = 0, receive_ns = 0;
 };
 
-/// The least difference between arrivals and stamps in the last second: the shortest way of a rig's frames, and the
-/// difference between the clocks. All rigs have the same half seconds, so that streams can be compared that are played
-/// slower than their stamps say.
+/// The least difference between arrivals and stamps in the last second: the shortest delay of a rig's frames plus the
+/// difference between the clocks. All rigs have the same half seconds: the lags of clouds that are played slower than
+/// their stamps grow, and can still be compared.
 class RigLag {
  public:
   /// False for a frame whose stamp is suddenly ahead by more than `most_ns`: it does not count, unless all frames of a
   /// tenth of a second are ahead, because the clock was set.
   [[nodiscard]] bool add(const WaitingFrame& frame, std::int64_t most_ns) noexcept;
-  /// In the present half second and the one before; else the latest one. Not before the first frame.
+  /// In the present half second and the one before; without a frame in the present one, in the latest. After add().
   [[nodiscard]] std::int64_t at(std::int64_t now_ns) const noexcept;
-  void reset() noexcept { *this = {}; }
 
  private:
   static constexpr std::int64_t half_second_ns = 500'000'000;
@@ -54,7 +53,7 @@ class CaptureGrouping {
   CaptureGrouping(std::size_t rigs, const GroupingConfig& config, std::uint32_t queue_slots)
       : config_(config), queue_slots_(queue_slots), rigs_(rigs) {}
   /// The frame may be out of step, so that it belongs to no capture: its rig's lag differs by more than the wait from
-  /// that of the leading rig, its stamp is ahead of its own rig's others, or a later capture is complete.
+  /// that of the leading rig, its stamp is suddenly ahead of the rig's others, or a later capture is complete.
   void add(const WaitingFrame& frame);
   /// The frames that have been found to be out of step since the last call.
   [[nodiscard]] std::vector<WaitingFrame> take_refused() noexcept { return std::exchange(refused_, {}); }
@@ -69,7 +68,7 @@ class CaptureGrouping {
   [[nodiscard]] std::optional<std::int64_t> deadline_ns() const noexcept;
   /// Whether a frame of the rig waits.
   [[nodiscard]] bool has_waiting(std::uint32_t rig) const noexcept { return !rigs_[rig].waiting.empty(); }
-  /// The next frame is the first of another test, whose clock may be another one.
+  /// The next frame is the first of another test, whose clock may be another one. No frame may be waiting.
   void begin_test() noexcept;
 
  private:

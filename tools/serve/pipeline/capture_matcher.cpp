@@ -100,12 +100,11 @@ void CaptureMatcher::take(FrameSlot& slot) noexcept {
 
 void CaptureMatcher::begin_test(const FrameSlot& first) noexcept {
   match_all();
-  if (is_open_) publish_end_of_test();  // a sender went without goodbye
+  if (tests_.is_open()) publish_end_of_test();  // a sender went without goodbye
   tests_.begin();
   grouping_.begin_test();
   engine_.begin_test();
   session_ = ~first.header.session;
-  is_open_ = true;
 }
 
 bool CaptureMatcher::match_next(bool at_once) noexcept {
@@ -192,7 +191,6 @@ void CaptureMatcher::publish_end_of_test() noexcept {
   result.receive_ns = matched_receive_ns_ + 1;
   result.status = wire::WireStatus::end_of_stream;
   queues_.outcomes.publish();
-  is_open_ = false;
 }
 
 /// The result of one frame alone.

@@ -78,7 +78,6 @@ class CaptureMatcher {
   std::vector<bool> is_finished_;           // by turns
   std::vector<std::uint64_t> ends_;         // turns of ends of streams, whose frames may still wait
   std::uint64_t session_ = 0;  // of the test's results: the complement of its first frame's, so that it is no sender's
-  bool is_open_ = false;       // the end of the test has not been published
   std::int64_t matched_receive_ns_ = 0;  // the latest one of matched frames
   std::uint64_t captures_ = 0;
   std::atomic<std::uint64_t> current_frame_{0}, rounds_{0};
