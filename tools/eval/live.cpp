@@ -103,11 +103,10 @@ std::string table_line(const LiveRow& row) {
   const auto id = static_cast<unsigned long long>(r.frame_id);
   if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(wire::to_string(r.status)).c_str());
   const wire::WireMatch& best = r.matches.front();
-  const std::string rigs = used_rigs(r);
   return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f  %s%s", id, best.simulation_name.c_str(),
                    best.sample.time_step, static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage),
                    number_or_dash(row.error).c_str(), number_or_dash(row.oracle_error).c_str(), row.match_ms,
-                   std::string(wire::to_string(r.verdict)).c_str(), (rigs.empty() ? rigs : " by " + rigs).c_str());
+                   std::string(wire::to_string(r.verdict)).c_str(), by_rigs(r).c_str());
 }
 
 std::string table_summary(const LiveSummary& summary, const Model& model) {

@@ -31,10 +31,9 @@ std::string result_line(const wire::WireResult& result) {
   if (result.matches.empty())
     return formatted("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
   const wire::WireMatch& best = result.matches[0];
-  const std::string rigs = used_rigs(result);
   return formatted("%10llu  %-16s %5u %14.6g %8.3f  %s%s", number(result.frame_id), best.simulation_name.c_str(),
                    best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
-                   verdict.c_str(), (rigs.empty() ? rigs : " by " + rigs).c_str());
+                   verdict.c_str(), by_rigs(result).c_str());
 }
 
 std::string result_json(const wire::WireResult& result) {

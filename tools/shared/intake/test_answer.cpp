@@ -157,6 +157,8 @@ std::string used_rigs(const wire::WireResult& result) {
   return names.empty() ? "none" : names;
 }
 
+std::string by_rigs(const wire::WireResult& result) { return result.rigs.empty() ? "" : " by " + used_rigs(result); }
+
 std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names) {
   if (state.frames == 0) return "no verdict; only method fit judges a test";
   const std::string likely = likely_simulations(state, names);

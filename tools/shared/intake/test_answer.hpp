@@ -111,6 +111,8 @@ class TestAnswer {
 [[nodiscard]] std::string likely_simulations(const wire::WireTestState& state, std::span<const std::string> names);
 /// The rigs that the result of several rests on: "left, right", or "none". Empty for one rig.
 [[nodiscard]] std::string used_rigs(const wire::WireResult& result);
+/// The same for the end of a line: " by left, right".
+[[nodiscard]] std::string by_rigs(const wire::WireResult& result);
 /// The verdict, the simulations and the misfit, for a line of text.
 [[nodiscard]] std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names);
 
