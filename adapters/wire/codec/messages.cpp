@@ -33,7 +33,7 @@ constexpr std::array<StatusText, wire_status_count> status_texts{{
     {"other_sender", Fate::dropped,
      "the test of another sender is running (--one-sender); stop one of the two, or wait for the other's goodbye"},
     {"out_of_step", Fate::dropped,
-     "its stamp is of another time than the other rigs' frames: it arrived after later ones were matched, or the rig's "
+     "its stamp differs from those of the other rigs' frames: it arrived after later ones were matched, or the rig's "
      "clock differs; raise --wait-us, synchronize the clocks, or give --clock-offset-ns"},
 }};
 
