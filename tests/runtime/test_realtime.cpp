@@ -5,6 +5,7 @@
 #include "tests/runtime/seen_plates.hpp"
 
 #include <lbea/lbea.h>
+#include <lbea/components.hpp>
 #include <lbea/forecast.hpp>
 #include <lbea/rigs.hpp>
 #include <lbea/tracker.hpp>
@@ -157,6 +158,25 @@ TEST_CASE("captures of two rigs, one of them hidden in part or without points, t
   }
   CHECK(heap_calls == before);
   CHECK(used > 24);
+}
+
+TEST_CASE("the test of two components takes no call to the heap") {
+  const TemporaryFolder folder;
+  bake_model(similar_plates(4, 6), bent_plates_description(), folder / "plates.lbea", with_views());
+  const Model model = Model::open(folder / "plates.lbea");
+  Matcher first(model, fit_config()), second(model, fit_config());
+  ComponentTracker tracker({{model}, {model}});
+  std::vector<std::vector<Point>> clouds = bending_clouds();
+  clouds.insert(clouds.begin(), 4, seen(bent(0)));
+  clouds.push_back({{5, 5, 5}});
+  clouds.emplace_back();
+  const std::uint64_t before = heap_calls;
+  for (std::uint64_t id = 0; id < clouds.size(); ++id) {
+    const std::array results{first.match({id, 0, clouds[id]}), second.match({id, 0, clouds[clouds.size() - 1 - id]})};
+    tracker.update(results);
+  }
+  CHECK(heap_calls == before);
+  CHECK(tracker.state(1).frames > 24);
 }
 
 TEST_CASE("the same through the C interface") {
