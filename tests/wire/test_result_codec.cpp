@@ -67,6 +67,7 @@ WireResult some_result() {
   result.receive_ns = 20;
   result.publish_ns = 21;
   result.model_checksum = 0xffff'ffff'ffff'fff0;
+  result.component = "fender";
   return result;
 }
 
@@ -85,6 +86,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.receive_ns == b.receive_ns);
   CHECK(a.publish_ns == b.publish_ns);
   CHECK(a.model_checksum == b.model_checksum);
+  CHECK(a.component == b.component);
   CHECK(a.leading_coordinates == b.leading_coordinates);
   CHECK(have_equal_bits<FitNumbers>(a.fit, b.fit));
   CHECK(a.fit.ranks == b.fit.ranks);

@@ -72,6 +72,26 @@ std::string describe(const wire::ServerAccess& senders, const wire::ServerAccess
          " of them may send frames";
 }
 
+/// Of all models. Nothing when one cannot be opened.
+std::vector<ServedModel> check_models(Preflight& preflight, const ServeOptions& options) {
+  std::vector<ServedModel> models;
+  const bool is_one = !options.has_several_components();
+  for (const std::string& file : options.model_files)
+    preflight.check(is_one ? "model" : "model " + std::filesystem::path(file).stem().string(), [&] {
+      models.push_back({std::filesystem::path(file).stem().string(), file, Model::open(file)});
+      return describe(models.back().model, file);
+    });
+  if (models.size() != options.model_files.size()) return {};
+  if (!is_one)
+    preflight.check("components", [&] {
+      std::vector<ComponentModel> components;
+      for (const ServedModel& served : open_models(options.model_files))
+        components.push_back({served.name, served.model});
+      return coupling_text(components);
+    });
+  return models;
+}
+
 std::string describe_fit(const ServeOptions& options, const Model& model) {
   const MatcherConfig& config = options.matcher;
   if (options.has_several_rigs()) {
@@ -126,31 +146,33 @@ Finding check_descriptors() {
 
 int check(ServeOptions options) {
   Preflight preflight;
-  std::optional<Model> model;
-  preflight.check("model",
-                  [&] { return describe(model.emplace(Model::open(options.model_file)), options.model_file); });
-  if (model && !options.rig_options.poses.empty())
-    preflight.check("pose", [&] { return read_poses(options, *model), joined(options.rig_options.poses); });
-  if (model) {
-    choose_method(options, *model);
-    std::vector<Finding> findings = check_options(options, *model);
+  const std::vector<ServedModel> models = check_models(preflight, options);
+  if (!models.empty() && !options.rig_options.poses.empty())
+    preflight.check("pose",
+                    [&] { return read_poses(options, models.front().model), joined(options.rig_options.poses); });
+  if (!models.empty()) {
+    choose_method(options, models);
+    std::vector<Finding> findings = check_options(options, models.front().model);
     if (std::ranges::find(findings, "method", &Finding::name) == findings.end())
       preflight.add({"method", Finding::Level::ok, name_of(options.matcher.method)});
     for (Finding& finding : findings) preflight.add(std::move(finding));
   }
-  if (model && options.matcher.method == Method::fit)
-    preflight.check("fit", [&] { return describe_fit(options, *model); });
-  if (model && !options.inferred_field.empty())
+  if (options.matcher.method == Method::fit)
+    for (const ServedModel& served : models)
+      preflight.check(options.has_several_components() ? "fit " + served.name : "fit",
+                      [&] { return describe_fit(options, served.model); });
+  if (!models.empty() && !options.inferred_field.empty())
     preflight.check("infer", [&] {
-      return "field " + std::to_string(field_to_infer(options, *model)) + ", " + options.inferred_field;
+      return "field " + std::to_string(field_to_infer(options, models.front().model)) + ", " + options.inferred_field;
     });
   check_endpoints(preflight, options);
   const bool records = !options.recording.file.empty();
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;
-  const std::uint64_t model_bytes = model ? model->hot_bytes(options.matcher.method) : 0;
+  std::uint64_t model_bytes = 0;
+  for (const ServedModel& served : models) model_bytes += served.model.hot_bytes(options.matcher.method);
   preflight.add(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
-  for (Finding& finding : check_privileges(options.privileges, options.pipeline.matchers, model ? &*model : nullptr,
-                                           options.matcher.method))
+  for (Finding& finding : check_privileges(options.privileges, options.pipeline.matchers,
+                                           models.empty() ? nullptr : &models.front().model, options.matcher.method))
     preflight.add(std::move(finding));
   for (Finding& finding : check_clock()) preflight.add(std::move(finding));
   preflight.add(check_descriptors());

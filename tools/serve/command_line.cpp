@@ -4,6 +4,8 @@
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
 
+#include <algorithm>
+
 namespace lbea::tool {
 namespace {
 
@@ -73,6 +75,21 @@ void require_joint_settings(const ServeOptions& options) {
         "omit --method, --frames-alone and --matchers, or give one --frames");
 }
 
+void require_settings_of_components(const ServeOptions& options) {
+  if (!options.has_several_components()) return;
+  static_cast<void>(component_names(options.model_files));
+  const auto refuse = [](bool is_given, const std::string& option) {
+    if (is_given)
+      throw WrongUsage(option +
+                       " takes one model: it does not work with several components yet; omit it, or give one "
+                       "model");
+  };
+  refuse(options.has_several_rigs(), "several --frames");
+  refuse(options.pipeline.matchers > 1, "--matchers");
+  refuse(!options.inferred_field.empty(), "--infer");
+  refuse(!options.recording.file.empty(), "--record");
+}
+
 void add_operation_options(Tool& tool, ServeOptions& options) {
   tool.add_option("--metrics", options.metrics_address,
                   "address on this machine for Prometheus metrics, e.g. 127.0.0.1:9464");
@@ -89,7 +106,10 @@ void add_operation_options(Tool& tool, ServeOptions& options) {
 }  // namespace
 
 void add_options(Tool& tool, ServeOptions& options) {
-  tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
+  tool.add_option("model", options.model_files,
+                  "baked model (.lbea); several: each frame is matched with each of these components, which are named "
+                  "after their files")
+      ->required();
   tool.add_option("--frames", options.rig_options.frames,
                   "endpoint to receive frames on, e.g. ipc:///tmp/frames.ipc; from several rigs that see the component "
                   "at the same time NAME=ENDPOINT, once for each")
@@ -112,6 +132,7 @@ void add_options(Tool& tool, ServeOptions& options) {
   tool.add_usage_check([&options] {
     options.rigs = read_rigs(options.rig_options);
     require_joint_settings(options);
+    require_settings_of_components(options);
   });
   tool.add_option("--queue", options.pipeline.queue_slots, "frames of each rig that may wait for the matcher")
       ->check(in_range(1u, 4096u));
@@ -134,8 +155,10 @@ void read_poses(ServeOptions& options, const Model& model) {
   options.matcher.T_reference_sensor = options.rigs.front().T_reference_sensor;
 }
 
-void choose_method(ServeOptions& options, const Model& model) {
-  const bool has_images = options.has_several_rigs() || has_images_for(options.matcher.T_reference_sensor, model);
+void choose_method(ServeOptions& options, const std::vector<ServedModel>& models) {
+  const bool has_images = options.has_several_rigs() || std::ranges::all_of(models, [&](const ServedModel& served) {
+                            return has_images_for(options.matcher.T_reference_sensor, served.model);
+                          });
   options.matcher.method = options.method.value_or(has_images ? Method::fit : Method::lbea);
 }
 

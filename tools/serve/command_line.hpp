@@ -1,6 +1,7 @@
 // The command line of lbea-serve.
 #pragma once
 
+#include "tools/serve/components.hpp"
 #include "tools/serve/machine.hpp"
 #include "tools/serve/pipeline/pipeline.hpp"
 #include "tools/serve/rigs.hpp"
@@ -11,7 +12,8 @@
 namespace lbea::tool {
 
 struct ServeOptions {
-  std::string model_file, results_endpoint, preview_endpoint, inference_endpoint, inferred_field, metrics_address;
+  std::vector<std::string> model_files;  // one per component
+  std::string results_endpoint, preview_endpoint, inference_endpoint, inferred_field, metrics_address;
   RigOptions rig_options;
   std::vector<ServedRig> rigs;   // one or several
   std::optional<Method> method;  // none: choose_method() chooses it
@@ -25,14 +27,15 @@ struct ServeOptions {
   bool check = false;
   bool json = false;
 
+  [[nodiscard]] bool has_several_components() const noexcept { return model_files.size() > 1; }
   [[nodiscard]] bool has_several_rigs() const noexcept { return rigs.size() > 1; }
 };
 
 void add_options(Tool& tool, ServeOptions& options);
 /// Reads what --pose names. Throws Error{file_not_found | bad_input}.
 void read_poses(ServeOptions& options, const Model& model);
-/// Sets matcher.method: without --method it is fit when the model has depth images for the pose, otherwise lbea.
-void choose_method(ServeOptions& options, const Model& model);
+/// Sets matcher.method: without --method it is fit when all models have depth images for the pose, otherwise lbea.
+void choose_method(ServeOptions& options, const std::vector<ServedModel>& models);
 /// Warnings for what these options lack for this model: a verdict, or the time of impact. Call after choose_method().
 [[nodiscard]] std::vector<Finding> check_options(const ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.

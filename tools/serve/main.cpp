@@ -25,7 +25,8 @@ constexpr auto description =
     "The exit code is 1 when any frame was dropped or all were rejected, when ids are missing between those received,\n"
     "when senders alternate, when something could not be recorded, or when the tally does not add up.";
 
-PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) {
+PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<ServedModel>& models) {
+  const Model& model = models.front().model;
   PipelineConfig config = options.pipeline;
   config.limits.max_points = options.matcher.max_points;
   config.max_matches = options.matcher.max_matches;
@@ -33,7 +34,12 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
     config.impact = ExpectedImpact{*trigger_ns, EnsembleTimes::of(model.view()).duration_s};
   config.description.version = LBEA_VERSION_STRING;
   config.description.method = name_of(options.matcher.method);
-  config.description.model = summarize(model, options.model_file);
+  config.description.model = summarize(model, models.front().file);
+  for (const ServedModel& served : models) {
+    if (models.size() == 1) break;
+    config.components.push_back({served.name, served.model.checksum()});
+    config.description.components.push_back({served.name, summarize(served.model, served.file)});
+  }
   for (const ServedRig& rig : options.rigs)
     if (options.has_several_rigs()) config.rigs.push_back({rig.name, rig.clock_offset_ns});
   return config;
@@ -43,7 +49,7 @@ PipelineConfig pipeline_config(const ServeOptions& options, const Model& model) 
 RunSettings run_settings(const ServeOptions& options, const Model& model) {
   RunSettings settings;
   settings.program = "lbea-serve " LBEA_VERSION_STRING;
-  settings.model_file = options.model_file;
+  settings.model_file = options.model_files.front();
   settings.model_checksum = model.checksum();
   settings.method = name_of(options.matcher.method);
   settings.matcher = options.matcher;
@@ -139,16 +145,17 @@ class ModelWatch {
   bool has_warned_ = false;
 };
 
-/// Runs until a stop signal; reports to systemd as long as all threads advance. False when the model was overwritten.
-bool supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog& recording, ModelWatch& model,
-               const ServiceNotify& service) {
+/// Runs until a stop signal; reports to systemd as long as all threads advance. False when a model was overwritten.
+bool supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog& recording,
+               std::vector<ModelWatch> models, const ServiceNotify& service) {
   Watchdog watchdog(pipeline);
   auto next_status = std::chrono::steady_clock::now();
   while (stop_requested == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     recording.poll();
     pipeline.write_log();
-    if (!model.poll()) return false;
+    for (ModelWatch& model : models)
+      if (!model.poll()) return false;
     const auto now = std::chrono::steady_clock::now();
     if (watchdog.poll(now)) service.alive();
     for (PeerLog& peers : peer_logs) peers.poll(now);
@@ -210,15 +217,19 @@ std::vector<wire::FrameSource> bind_frames(wire::WireContext& context, const Ser
   return sources;
 }
 
-/// The matcher of one rig, or of several.
+/// The matcher of one rig, of several, or of several components.
 struct Engines {
   std::optional<ModelEngine> of_one;
   std::optional<ModelRigEngine> of_several;
+  std::optional<ModelComponents> of_components;
 
-  Engines(const ServeOptions& options, const Model& model) {
+  Engines(const ServeOptions& options, const std::vector<ServedModel>& models) {
+    const Model& model = models.front().model;
     const HistorySettings settings{!options.frames_alone, options.estimates_pose,
                                    options.recording.trigger_ns.has_value()};
-    if (options.has_several_rigs())
+    if (models.size() > 1)
+      start_components(matched_components(models, options.rigs.front(), options.matcher), options, settings);
+    else if (options.has_several_rigs())
       of_several.emplace(model, options.matcher, matched_rigs(options.rigs, options.matcher, model), settings);
     else
       of_one.emplace(model, options.matcher, views_for(options.rigs.front(), options.matcher, model), settings,
@@ -228,32 +239,57 @@ struct Engines {
                                                 wire::ResultSink results) {
     if (of_several)
       return std::make_unique<Pipeline>(std::move(config), *of_several, std::move(frames), std::move(results));
+    if (of_components)
+      return std::make_unique<Pipeline>(std::move(config), *of_components, std::move(frames.front()),
+                                        std::move(results));
     return std::make_unique<Pipeline>(std::move(config), *of_one, std::move(frames.front()), std::move(results));
+  }
+
+ private:
+  void start_components(const std::vector<ComponentModel>& components, const ServeOptions& options,
+                        const HistorySettings& settings) {
+    of_components.emplace(components, options.matcher, settings);
+    if (options.matcher.method == Method::fit) spdlog::info("tracked: {}", coupling_text(components));
   }
 };
 
+std::string samples_of(const std::vector<ServedModel>& models) {
+  std::string text;
+  for (const ServedModel& served : models)
+    text +=
+        fmt::format("{}{}{} samples of {} simulations", text.empty() ? "" : ", ",
+                    models.size() > 1 ? served.name + ": " : "", served.model.samples(), served.model.simulations());
+  return text;
+}
+
 std::string ready_line(const std::vector<wire::FrameSource>& frames, const ServeOptions& options,
-                       const wire::ResultSink& results, const Model& model) {
+                       const wire::ResultSink& results, const std::vector<ServedModel>& models) {
   std::string endpoints;
   for (std::size_t rig = 0; rig < frames.size(); ++rig) {
     const std::string of = options.has_several_rigs() ? " of " + options.rigs[rig].name : "";
     endpoints += fmt::format("frames{} on {}, ", of, frames[rig].endpoint());
   }
-  return fmt::format("ready: {}results on {}, {} samples of {} simulations", endpoints, results.endpoint(),
-                     model.samples(), model.simulations());
+  return fmt::format("ready: {}results on {}, {}", endpoints, results.endpoint(), samples_of(models));
 }
 
-int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
+int serve_models(const ServeOptions& options, const std::vector<ServedModel>& models) {
+  const Model& model = models.front().model;
+  std::vector<ModelWatch> model_watches;
+  for (const ServedModel& served : models)
+    model_watches.emplace_back(served.model, served.file, !served.model.hold(options.matcher.method));
+  for (const ServedModel& served : models)
+    report(request_for_process(options.privileges, &served.model, options.matcher.method));
+  require_memory(options);
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
-  Engines engines(options, model);
+  Engines engines(options, models);
   wire::WireContext context;
   const ServiceNotify service;
-  PipelineConfig config = pipeline_config(options, model);
+  PipelineConfig config = pipeline_config(options, models);
   config.on_matching_thread = [&](std::uint32_t matcher) { report(request_for_thread(options.privileges, matcher)); };
   const wire::ServerAccess listeners = options.access.load_for_listeners();
   std::vector<wire::FrameSource> frames = bind_frames(context, options, config);
   wire::ResultSink results(context, options.results_endpoint, wire::results_held, listeners);
-  const std::string ready = ready_line(frames, options, results, model);
+  const std::string ready = ready_line(frames, options, results, models);
   const auto recorder = begin_recording(options.recording, run_settings(options, model));
   RecordingLog recording(recorder.get(), options.recording.file);
   RunObservers observers;
@@ -269,8 +305,8 @@ int serve_model(const ServeOptions& options, const Model& model, bool is_held) {
   warn_of_unbounded_peers();
   if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
-  ModelWatch model_watch(model, options.model_file, !is_held);
-  const bool has_model = supervise(*pipeline, peer_logs(*pipeline, publishers), recording, model_watch, service);
+  const bool has_model =
+      supervise(*pipeline, peer_logs(*pipeline, publishers), recording, std::move(model_watches), service);
   service.stopping();
   pipeline->stop();
   pipeline->write_log();
@@ -296,14 +332,11 @@ int serve(ServeOptions options) {
   raise_descriptor_limit();
   require_distinct_endpoints(endpoints_of(options));
   if (options.check) return check(options);
-  const Model model = Model::open(options.model_file);
-  read_poses(options, model);
-  choose_method(options, model);
-  report(check_options(options, model));
-  const bool is_held = model.hold(options.matcher.method);
-  report(request_for_process(options.privileges, &model, options.matcher.method));
-  require_memory(options);
-  return serve_model(options, model, is_held);
+  const std::vector<ServedModel> models = open_models(options.model_files);
+  read_poses(options, models.front().model);
+  choose_method(options, models);
+  report(check_options(options, models.front().model));
+  return serve_models(options, models);
 }
 
 }  // namespace

@@ -73,15 +73,21 @@ void write_peers(http::MetricsText& page, const Pipeline& pipeline) {
   both(&wire::PeerCounts::offending);
 }
 
+std::string labels_of(const wire::ModelSummary& model, const std::string& method) {
+  return http::MetricsText::label("file", model.file) + "," +
+         http::MetricsText::label("checksum", std::to_string(model.checksum)) + "," +
+         http::MetricsText::label("method", method);
+}
+
 void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {
   const wire::WireState& about = pipeline.description();
   page.metric("lbea_build_info", "gauge", "This program")
       .value(std::uint64_t{1}, http::MetricsText::label("version", about.version))
       .metric("lbea_model_info", "gauge", "The model")
-      .value(std::uint64_t{1}, http::MetricsText::label("file", about.model.file) + "," +
-                                   http::MetricsText::label("checksum", std::to_string(about.model.checksum)) + "," +
-                                   http::MetricsText::label("method", about.method))
-      .metric("lbea_start_time_seconds", "gauge", "Time of readiness, in s since 1970")
+      .value(std::uint64_t{1}, labels_of(about.model, about.method));
+  for (std::size_t i = 1; i < about.components.size(); ++i)
+    page.value(std::uint64_t{1}, labels_of(about.components[i].model, about.method));
+  page.metric("lbea_start_time_seconds", "gauge", "Time of readiness, in s since 1970")
       .value(static_cast<double>(about.start_ns) * 1e-9)
       .metric("lbea_queue_slots", "gauge", "Frames that may wait for the matcher")
       .value(std::uint64_t{about.queue_slots})
@@ -96,17 +102,28 @@ void write_pipeline(http::MetricsText& page, const Pipeline& pipeline) {
 }
 
 /// Of the latest matched frame while its sender goes on; otherwise they would look like those of the present.
-void write_channels(http::MetricsText& page, const Pipeline& pipeline) {
-  const auto [session, channels] = pipeline.latest_channels();
+std::vector<wire::WireChannel> present_channels(const Pipeline& pipeline, std::size_t component) {
+  const auto [session, channels] = pipeline.latest_channels(component);
   const std::vector<wire::WireSender> senders = pipeline.senders();
   const auto sender = std::ranges::find(senders, session, &wire::WireSender::session);
-  if (channels.empty() || (sender != senders.end() && sender->condition != wire::SenderCondition::active)) return;
+  const bool goes_on = sender == senders.end() || sender->condition == wire::SenderCondition::active;
+  return goes_on ? channels : std::vector<wire::WireChannel>();
+}
+
+void write_channels(http::MetricsText& page, const Pipeline& pipeline) {
+  const std::vector<wire::WireComponent>& components = pipeline.description().components;
+  std::vector<std::pair<std::string, wire::WireChannel>> channels;  // with further labels
+  for (std::size_t i = 0; i < std::max<std::size_t>(components.size(), 1); ++i)
+    for (wire::WireChannel& channel : present_channels(pipeline, i))
+      channels.emplace_back(components.empty() ? "" : "," + http::MetricsText::label("component", components[i].name),
+                            std::move(channel));
+  if (channels.empty()) return;
   const auto write = [&](const char* name, const char* help, float ChannelValue::*number) {
     page.metric(name, "gauge", help);
-    for (const wire::WireChannel& channel : channels)
+    for (const auto& [labels, channel] : channels)
       if (!std::isnan(channel.*number))
         page.value(channel.*number, http::MetricsText::label("name", channel.name) + "," +
-                                        http::MetricsText::label("unit", channel.unit));
+                                        http::MetricsText::label("unit", channel.unit) + labels);
   };
   write("lbea_channel", "Quantities of interest of the latest matched frame", &ChannelValue::value);
   write("lbea_channel_bound_90", "90 % of the true values differ from lbea_channel by less", &ChannelValue::bound_90);

@@ -214,6 +214,9 @@ struct WireRigFrame : FitNumbers, FrameNumbers {
   bool is_used = false;  // the capture's result rests on it
 };
 
+/// That programs accept.
+inline constexpr std::size_t most_components = 16;
+
 /// Of a frame; or of a capture of several rigs, whose session is that of no sender.
 struct WireResult : FrameNumbers {
   std::uint64_t sequence = 0;  // rises by one per message on the results socket
@@ -231,6 +234,7 @@ struct WireResult : FrameNumbers {
   WireForecast forecast;
   std::vector<WireChannel> channels;  // in the order of the model
   std::vector<WireRigFrame> rigs;     // the frames of the capture; empty: this is the result of one frame
+  std::string component;              // with several models: by which one; empty: one model, or of the whole frame
   WireTimes elapsed_ns;
   Counters counters;
   std::int64_t receive_ns = 0;
@@ -254,6 +258,12 @@ struct ModelSummary {
   std::uint32_t references = 0;
   std::string length_unit;
   std::vector<std::string> simulations;  // names
+};
+
+/// One of several components of a test.
+struct WireComponent {
+  std::string name;
+  ModelSummary model;
 };
 
 /// A baked field on the whole component, inferred from the samples that explain a frame: see Inferred.
@@ -307,5 +317,6 @@ struct WireState {
   std::vector<WireSender> senders{};         // the latest ones
   std::optional<WireRecording> recording{};  // none: nothing is recorded
   std::vector<WireRig> rigs{};               // none: one rig, whose account `counters` is
+  std::vector<WireComponent> components{};   // none: one model; `model` is that of the first
 };
 }  // namespace lbea::wire

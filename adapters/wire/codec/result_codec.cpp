@@ -296,6 +296,14 @@ ModelSummary read(const schema::ModelSummary* from) {
   for (const auto* name : *from->simulations()) model.simulations.push_back(text(name));
   return model;
 }
+
+Offset<schema::Component> build(FlatBufferBuilder& builder, const WireComponent& component) {
+  const auto name = builder.CreateString(component.name);
+  return schema::CreateComponent(builder, name, build(builder, component.model));
+}
+
+WireComponent read(const schema::Component& from) { return {text(from.name()), read(from.model())}; }
+
 /// A vector of tables.
 template <class Table, class T>
 Offset<flatbuffers::Vector<Offset<Table>>> build_all(FlatBufferBuilder& builder, const std::vector<T>& from) {
@@ -323,6 +331,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   const auto forecast = build(builder, result.forecast);
   const auto channels = build(builder, result.channels);
   const auto rigs = result.rigs.empty() ? 0 : build_all<schema::RigFrame>(builder, result.rigs);
+  const auto component = result.component.empty() ? 0 : builder.CreateString(result.component);
   const schema::PointTally points = build(result.points);
   const schema::StageTimes times = build(result.elapsed_ns);
   schema::ResultBuilder table(builder);
@@ -333,6 +342,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   table.add_frame_id(result.frame_id);
   table.add_session(result.session);
   table.add_sequence(result.sequence);
+  if (!component.IsNull()) table.add_component(component);
   if (!rigs.IsNull()) table.add_rigs(rigs);
   if (!channels.IsNull()) table.add_channels(channels);
   table.add_forecast(forecast);
@@ -379,6 +389,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.forecast = read(from->forecast());
   into.channels = read(from->channels());
   read_all(from->rigs(), into.rigs);
+  into.component = text(from->component());
   return WireStatus::ok;
 }
 
@@ -390,11 +401,12 @@ std::span<const std::byte> Encoder::state(const WireState& state) {
   const auto model = build(builder, state.model);
   const auto senders = build_all<schema::Sender>(builder, state.senders);
   const auto rigs = state.rigs.empty() ? 0 : build_all<schema::Rig>(builder, state.rigs);
+  const auto components = state.components.empty() ? 0 : build_all<schema::Component>(builder, state.components);
   const auto recording = build(builder, state.recording);
   schema::FinishStateBuffer(
       builder, schema::CreateState(builder, state.sequence, state.publish_ns, state.start_ns, version, method,
                                    state.max_points, state.queue_slots, state.queue_used, counters, model,
-                                   state.max_message_bytes, senders, recording, rigs));
+                                   state.max_message_bytes, senders, recording, rigs, components));
   return detail::finished(builder);
 }
 
@@ -408,6 +420,7 @@ WireStatus decode_state(std::span<const std::byte> message, WireState& into) {
           read(from->recording())};
   read_all(from->senders(), into.senders);
   read_all(from->rigs(), into.rigs);
+  read_all(from->components(), into.components);
   return WireStatus::ok;
 }
 }  // namespace lbea::wire

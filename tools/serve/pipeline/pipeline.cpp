@@ -18,6 +18,12 @@ std::vector<wire::FrameSource> only(wire::FrameSource source) {
   return sources;
 }
 
+std::vector<const TestEngine*> tests_of(ComponentEngine& engine) {
+  std::vector<const TestEngine*> tests;
+  for (std::size_t i = 0; i < engine.components(); ++i) tests.push_back(&engine.test(i));
+  return tests;
+}
+
 }  // namespace
 
 Pipeline::Rig::Rig(wire::FrameSource frames, const PipelineConfig& config, PipelineQueues& queues, std::uint32_t number)
@@ -26,23 +32,32 @@ Pipeline::Rig::Rig(wire::FrameSource frames, const PipelineConfig& config, Pipel
   if (config.one_sender) receiver.allow_one_sender();
 }
 
-Pipeline::Pipeline(PipelineConfig config, const TestEngine& engine, std::vector<wire::FrameSource> frames,
+Pipeline::Pipeline(PipelineConfig config, std::vector<const TestEngine*> tests, std::vector<wire::FrameSource> frames,
                    wire::ResultSink results)
-    : queues_(config), config_(described(std::move(config))), publisher_(config_, engine, std::move(results), queues_) {
+    : queues_(config),
+      config_(described(std::move(config))),
+      publisher_(config_, std::move(tests), std::move(results), queues_) {
   for (wire::FrameSource& source : frames)
     rigs_.emplace_back(std::move(source), config_, queues_, static_cast<std::uint32_t>(rigs_.size()));
 }
 
 Pipeline::Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results)
-    : Pipeline(std::move(config), static_cast<const TestEngine&>(engine), only(std::move(frames)), std::move(results)) {
+    : Pipeline(std::move(config), std::vector<const TestEngine*>{&engine}, only(std::move(frames)),
+               std::move(results)) {
   matcher_.emplace(config_, engine, queues_);
   start();
 }
 
 Pipeline::Pipeline(PipelineConfig config, RigEngine& engine, std::vector<wire::FrameSource> frames,
                    wire::ResultSink results)
-    : Pipeline(std::move(config), static_cast<const TestEngine&>(engine), std::move(frames), std::move(results)) {
+    : Pipeline(std::move(config), std::vector<const TestEngine*>{&engine}, std::move(frames), std::move(results)) {
   captures_.emplace(config_, engine, queues_);
+  start();
+}
+
+Pipeline::Pipeline(PipelineConfig config, ComponentEngine& engine, wire::FrameSource frames, wire::ResultSink results)
+    : Pipeline(std::move(config), tests_of(engine), only(std::move(frames)), std::move(results)) {
+  components_.emplace(config_, engine, queues_);
   start();
 }
 
@@ -50,6 +65,7 @@ Pipeline::Pipeline(PipelineConfig config, RigEngine& engine, std::vector<wire::F
 void Pipeline::start() {
   publishing_ = std::thread(&ResultPublisher::run, &publisher_);
   if (captures_) matching_.emplace_back(&CaptureMatcher::run, &*captures_);
+  if (components_) matching_.emplace_back(&ComponentMatcher::run, &*components_);
   for (std::uint32_t i = 0; matcher_ && i < config_.matchers; ++i)
     matching_.emplace_back(&FrameMatcher::run, &*matcher_, i);
   receiving_ = std::thread(&Pipeline::receive, this);

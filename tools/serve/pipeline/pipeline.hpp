@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tools/serve/pipeline/capture_matcher.hpp"
+#include "tools/serve/pipeline/component_matcher.hpp"
 #include "tools/serve/pipeline/frame_matcher.hpp"
 #include "tools/serve/pipeline/result_publisher.hpp"
 
@@ -17,6 +18,8 @@ class Pipeline {
   Pipeline(PipelineConfig config, MatchEngine& engine, wire::FrameSource frames, wire::ResultSink results);
   /// Several rigs: as many engine's rigs and `frames` as `config` has.
   Pipeline(PipelineConfig config, RigEngine& engine, std::vector<wire::FrameSource> frames, wire::ResultSink results);
+  /// Several components of one rig: as many as `config` has.
+  Pipeline(PipelineConfig config, ComponentEngine& engine, wire::FrameSource frames, wire::ResultSink results);
   ~Pipeline();
   /// Stops receiving, takes in what has already arrived, matches all of it and publishes the last results.
   void stop();
@@ -33,17 +36,19 @@ class Pipeline {
   [[nodiscard]] std::vector<wire::WireSender> senders() const { return queues_.senders(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return publisher_.match_times(); }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return publisher_.total_times(); }
-  [[nodiscard]] LatestChannels::Frame latest_channels() const { return publisher_.latest_channels(); }
+  [[nodiscard]] LatestChannels::Frame latest_channels(std::size_t component = 0) const {
+    return publisher_.latest_channels(component);
+  }
   /// The constant part of the state.
   [[nodiscard]] const wire::WireState& description() const noexcept { return config_.description; }
   /// Loop counts of receiver, matchers and publisher: each rises at least every 100 ms unless its thread hangs.
   using Rounds = std::array<std::uint64_t, 3>;
   [[nodiscard]] Rounds rounds() const noexcept {
-    return {rigs_.front().receiver.rounds(), matcher_ ? matcher_->rounds() : captures_->rounds(), publisher_.rounds()};
+    return {rigs_.front().receiver.rounds(), matching_rounds(), publisher_.rounds()};
   }
   /// The id of the oldest frame that is being matched, or of the one that was matched last.
   [[nodiscard]] std::uint64_t current_frame() const noexcept {
-    return matcher_ ? matcher_->current_frame() : captures_->current_frame();
+    return matcher_ ? matcher_->current_frame() : captures_ ? captures_->current_frame() : components_->current_frame();
   }
 
  private:
@@ -52,8 +57,11 @@ class Pipeline {
     FrameEnqueuer enqueuer;
     FrameReceiver receiver;
   };
-  Pipeline(PipelineConfig config, const TestEngine& engine, std::vector<wire::FrameSource> frames,
+  Pipeline(PipelineConfig config, std::vector<const TestEngine*> tests, std::vector<wire::FrameSource> frames,
            wire::ResultSink results);
+  [[nodiscard]] std::uint64_t matching_rounds() const noexcept {
+    return matcher_ ? matcher_->rounds() : captures_ ? captures_->rounds() : components_->rounds();
+  }
   void start();
   void receive() noexcept;
 
@@ -62,6 +70,7 @@ class Pipeline {
   std::deque<Rig> rigs_;
   std::optional<FrameMatcher> matcher_;     // of one rig
   std::optional<CaptureMatcher> captures_;  // of several
+  std::optional<ComponentMatcher> components_;
   ResultPublisher publisher_;
   std::thread receiving_, publishing_;
   std::vector<std::thread> matching_;

@@ -18,6 +18,12 @@ struct PipelineRig {
   std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of the common clock
 };
 
+/// One of several components.
+struct PipelineComponent {
+  std::string name;
+  std::uint64_t model_checksum = 0;
+};
+
 /// When the sender's clock shows the impact, and the longest time of a sample after it.
 struct ExpectedImpact {
   std::int64_t trigger_ns = 0;
@@ -33,6 +39,7 @@ struct PipelineConfig {
   std::chrono::milliseconds sender_timeout = IdTracker::default_sender_timeout;
   std::vector<PipelineRig> rigs{};                // empty: one
   GroupingConfig grouping{};                      // of the frames of several rigs
+  std::vector<PipelineComponent> components{};    // empty: one
   bool one_sender = false;                        // see FrameReceiver::allow_one_sender
   double unidentified_results_per_second = 1000;  // results for messages without a readable id
   std::optional<ExpectedImpact> impact{};         // if it was given: stamps far from it are logged

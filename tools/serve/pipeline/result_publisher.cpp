@@ -9,6 +9,15 @@ namespace lbea::tool {
 
 constexpr std::chrono::milliseconds min_state_interval{10};  // also when states are requested more often
 
+namespace {
+
+std::uint64_t sum_of(const StageTimes& stages) noexcept {
+  return std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching + stages.coverage +
+         stages.fit;
+}
+
+}  // namespace
+
 void LatencyHistogram::add(std::uint64_t ns) noexcept {
   std::size_t bucket = 0;
   while (bucket < bounds_s.size() && static_cast<double>(ns) * 1e-9 > bounds_s[bucket]) ++bucket;
@@ -22,9 +31,15 @@ LatencyHistogram::Counts LatencyHistogram::counts() const noexcept {
   return counts;
 }
 
-ResultPublisher::ResultPublisher(const PipelineConfig& config, const TestEngine& engine, wire::ResultSink sink,
-                                 PipelineQueues& queues)
-    : config_(config), engine_(engine), sink_(std::move(sink)), queues_(queues), state_(config.description) {}
+ResultPublisher::ResultPublisher(const PipelineConfig& config, std::vector<const TestEngine*> tests,
+                                 wire::ResultSink sink, PipelineQueues& queues)
+    : config_(config),
+      tests_(std::move(tests)),
+      sink_(std::move(sink)),
+      queues_(queues),
+      undeformed_(tests_.size()),
+      state_(config.description),
+      channels_(tests_.size()) {}
 
 void ResultPublisher::run() noexcept {
   publish_state();
@@ -74,8 +89,12 @@ bool ResultPublisher::publish_queued() noexcept {
   // The rejections first: an end of stream follows all results of the frames before it.
   const bool has_published = publish_rejections();
   if (outcome == nullptr) return has_published;
-  compose(*outcome, engine_, result_);
-  send_result();
+  compose(*outcome, *tests_[outcome->component], result_);
+  result_.model_checksum = config_.description.model.checksum;
+  if (has_component(*outcome))
+    send_of_component(*outcome);
+  else
+    send_of_frame();
   queues_.outcomes.release();
   return true;
 }
@@ -84,32 +103,68 @@ bool ResultPublisher::publish_rejections() noexcept {
   const std::size_t queued = queues_.rejections.used();
   for (std::size_t i = 0; i < queued; ++i) {
     result_ = *queues_.rejections.front();
-    send_result();
+    result_.model_checksum = config_.description.model.checksum;
+    send_of_frame();
     queues_.rejections.release();
   }
   return queued > 0;
 }
 
+bool ResultPublisher::has_component(const Outcome& outcome) const noexcept {
+  return !config_.components.empty() && outcome.result.status != wire::WireStatus::end_of_stream;
+}
+
+/// A result that is the only one of its frame, or of no frame.
+void ResultPublisher::send_of_frame() noexcept {
+  send_result();
+  for (std::size_t i = 0; i < tests_.size(); ++i) note_component(i);
+  if (config_.components.empty()) note_departed_points();
+  note_frame();
+}
+
+/// What concerns the frame is noted once, with the last component's result.
+void ResultPublisher::send_of_component(const Outcome& outcome) noexcept {
+  const PipelineComponent& component = config_.components[outcome.component];
+  result_.component = component.name;
+  result_.model_checksum = component.model_checksum;
+  send_result();
+  note_component(outcome.component);
+  if (outcome.component == 0 || sum_of(result_.elapsed_ns.match) > sum_of(slowest_))
+    slowest_ = result_.elapsed_ns.match;
+  if (!outcome.of_frame) return;
+  result_.status = *outcome.of_frame;
+  result_.elapsed_ns.match = slowest_;
+  note_frame();
+}
+
 void ResultPublisher::send_result() noexcept {
   complete_verdict(result_);
   result_.counters = counters();
-  result_.model_checksum = config_.description.model.checksum;
   result_.sequence = sequence_++;
   result_.publish_ns = wire::wall_clock_ns();
   result_.elapsed_ns.total = short_ns(result_.publish_ns - result_.receive_ns);
-  if (wire::fate_of(result_.status) == wire::Fate::matched) add_times(result_.elapsed_ns);
   const wire::Message message = encoder_.result(result_);
   sink_.send(message);
   if (config_.observer != nullptr) config_.observer->result(message, result_);
-  channels_.add(result_);
-  wire::for_each_frame(result_, [this](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
-    log_.note(status, session, {id, 1});
-  });
-  if (undeformed_.add(result_) && undeformed_.is_low())
+}
+
+void ResultPublisher::note_component(std::size_t component) noexcept {
+  channels_[component].add(result_);
+  if (undeformed_[component].add(result_) && undeformed_[component].is_low())
     log_.note_low_coverage(result_.session, result_.frame_id, result_.coverage);
+}
+
+void ResultPublisher::note_departed_points() noexcept {
   departed_.add(result_);
   if (departed_.are_many() && wire::fate_of(result_.status) == wire::Fate::matched)
     log_.note_departed_points(result_.session, result_.frame_id, departed_.share());
+}
+
+void ResultPublisher::note_frame() noexcept {
+  if (wire::fate_of(result_.status) == wire::Fate::matched) add_times(result_.elapsed_ns);
+  wire::for_each_frame(result_, [this](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
+    log_.note(status, session, {id, 1});
+  });
   const bool were_wrong = times_.are_wrong(), went_back = times_.go_back();
   times_.add(result_);
   if ((times_.are_wrong() && !were_wrong) || (times_.go_back() && !went_back))
@@ -129,9 +184,7 @@ void ResultPublisher::note_far_stamp() noexcept {
 }
 
 void ResultPublisher::add_times(const wire::WireTimes& times) noexcept {
-  const StageTimes& stages = times.match;
-  match_times_.add(std::uint64_t{stages.index} + stages.correspondence + stages.projection + stages.matching +
-                   stages.coverage + stages.fit);
+  match_times_.add(sum_of(times.match));
   total_times_.add(times.total);
 }
 

@@ -7,6 +7,7 @@
 #include "tools/shared/intake/test_answer.hpp"
 
 #include <atomic>
+#include <deque>
 
 namespace lbea::tool {
 
@@ -31,8 +32,8 @@ class LatencyHistogram {
 
 class ResultPublisher {
  public:
-  /// `config` must outlive the publisher.
-  ResultPublisher(const PipelineConfig& config, const TestEngine& engine, wire::ResultSink sink,
+  /// `config` must outlive the publisher. `tests`: of each component.
+  ResultPublisher(const PipelineConfig& config, std::vector<const TestEngine*> tests, wire::ResultSink sink,
                   PipelineQueues& queues);
   /// Runs until the queue of outcomes is closed and everything is published.
   void run() noexcept;
@@ -47,33 +48,42 @@ class ResultPublisher {
   [[nodiscard]] std::vector<wire::PeerVisit> visits() { return sink_.visits(); }
   [[nodiscard]] const LatencyHistogram& match_times() const noexcept { return match_times_; }
   [[nodiscard]] const LatencyHistogram& total_times() const noexcept { return total_times_; }
-  [[nodiscard]] LatestChannels::Frame latest_channels() const { return channels_.load(); }
+  [[nodiscard]] LatestChannels::Frame latest_channels(std::size_t component) const {
+    return channels_[component].load();
+  }
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_.load(std::memory_order_relaxed); }
 
  private:
   using Clock = std::chrono::steady_clock;
   bool publish_queued() noexcept;
   bool publish_rejections() noexcept;
+  [[nodiscard]] bool has_component(const Outcome& outcome) const noexcept;
+  void send_of_frame() noexcept;
+  void send_of_component(const Outcome& outcome) noexcept;
   void send_result() noexcept;
+  void note_component(std::size_t component) noexcept;
+  void note_departed_points() noexcept;
+  void note_frame() noexcept;
   void note_far_stamp() noexcept;
   void add_times(const wire::WireTimes& times) noexcept;
   void publish_state() noexcept;
 
   const PipelineConfig& config_;
-  const TestEngine& engine_;
+  const std::vector<const TestEngine*> tests_;  // of each component
   wire::ResultSink sink_;
   PipelineQueues& queues_;
   wire::Encoder encoder_;
   FrameLog log_;
-  UndeformedCoverage undeformed_;
+  std::vector<UndeformedCoverage> undeformed_;  // of each component
   DepartedPoints departed_;
   CaptureTimes times_;
   std::optional<std::uint64_t> session_;  // of the latest matched frame
   wire::WireResult result_;
+  StageTimes slowest_;  // of the components of the frame
   wire::WireState state_;
   std::uint64_t sequence_ = 0;
   LatencyHistogram match_times_, total_times_;
-  LatestChannels channels_;
+  std::deque<LatestChannels> channels_;  // of each component
   std::atomic<std::uint64_t> rounds_{0};
 };
 

@@ -10,13 +10,6 @@ namespace {
 constexpr std::size_t max_chances = 8, max_candidates = 64, max_branches = 64;
 constexpr std::size_t max_runs = 512, max_parameters = 64;  // of a forecast
 
-/// match() returns no other status.
-wire::WireStatus to_wire(Status status) noexcept {
-  if (status == Status::ok) return wire::WireStatus::ok;
-  if (status == Status::low_coverage) return wire::WireStatus::low_coverage;
-  return status == Status::too_many_points ? wire::WireStatus::too_many_points : wire::WireStatus::empty_frame;
-}
-
 wire::WireVerdict verdict_of(wire::WireStatus status) noexcept {
   if (status == wire::WireStatus::low_coverage) return wire::WireVerdict::low_coverage;
   return wire::fate_of(status) == wire::Fate::rejected ? wire::WireVerdict::refused : wire::WireVerdict::unknown;
@@ -88,6 +81,13 @@ std::vector<T> emptied(std::vector<T>& vector) noexcept {
 
 }  // namespace
 
+/// match() returns no other status.
+wire::WireStatus to_wire(Status status) noexcept {
+  if (status == Status::ok) return wire::WireStatus::ok;
+  if (status == Status::low_coverage) return wire::WireStatus::low_coverage;
+  return status == Status::too_many_points ? wire::WireStatus::too_many_points : wire::WireStatus::empty_frame;
+}
+
 TestHistory history_for(const Model& model, const MatcherConfig& config, const SensorViews& views,
                         const HistorySettings& settings) {
   TestHistory history(model, views);
@@ -137,6 +137,8 @@ void clear(Outcome& outcome) noexcept {
   outcome.matches.clear();
   outcome.channels.clear();
   outcome.ends.clear();
+  outcome.component = 0;
+  outcome.of_frame.reset();
   wire::WireResult& result = outcome.result;
   wire::WireResult fresh;
   fresh.fit.candidates = emptied(result.fit.candidates);

@@ -65,15 +65,18 @@ struct HistorySettings {
 [[nodiscard]] TestHistory history_for(const Model& model, const MatcherConfig& config, const SensorViews& views,
                                       const HistorySettings& settings);
 
+/// elsewhere: by the tracker of several components.
+enum class Tracked : std::uint8_t { here, elsewhere };
+
 /// Sums up tests with a baked model. With Method::fit it has a tracker and, if the model has one, a forecast.
 template <class Engine>
 class ModelTest : public Engine {
  public:
-  ModelTest(const Model& model, Method method, SensorViews views)
+  ModelTest(const Model& model, Method method, SensorViews views, Tracked tracked = Tracked::here)
       : model_(model), has_baked_pose_(has_pose_of(views, model)) {
     if (method != Method::fit) return;
     if (Forecast::is_in(model)) forecast_.emplace(model);
-    tracker_.emplace(model, TrackerConfig{}, std::move(views));
+    if (tracked == Tracked::here) tracker_.emplace(model, TrackerConfig{}, std::move(views));
   }
   const TestState* track(const MatchResult& result) noexcept override {
     return tracker_ ? &tracker_->update(result) : nullptr;
@@ -156,7 +159,12 @@ struct Outcome {
   std::vector<Match> matches;          // compose() adds their names
   std::vector<ChannelValue> channels;  // the same
   std::vector<ChannelValue> ends;      // forecasts of the channels; empty: none
+  // With several components: by which one, and in the result of the last one the status of the frame by all of them
+  std::uint32_t component = 0;
+  std::optional<wire::WireStatus> of_frame{};
 };
+
+[[nodiscard]] wire::WireStatus to_wire(Status status) noexcept;
 
 void reserve(Outcome& outcome, std::uint32_t max_matches);
 /// Resets all values and keeps the memory.

@@ -1,0 +1,23 @@
+// The models that lbea-serve matches with: of one component, or of several in the same frames.
+#pragma once
+
+#include "tools/serve/rigs.hpp"
+#include "tools/shared/matching/component_engine.hpp"
+
+namespace lbea::tool {
+
+/// A component's name is its model file's, without folder and extension.
+struct ServedModel {
+  std::string name, file;
+  Model model;
+};
+
+/// Throws WrongUsage when two components would have the same name, or there are too many.
+[[nodiscard]] std::vector<std::string> component_names(const std::vector<std::string>& files);
+/// Throws the errors of Model::open(), and Error{bad_config} when lengths have different units.
+[[nodiscard]] std::vector<ServedModel> open_models(const std::vector<std::string>& files);
+/// For a ModelComponents. Throws as views_for() does.
+[[nodiscard]] std::vector<ComponentModel> matched_components(const std::vector<ServedModel>& models,
+                                                             const ServedRig& rig, const MatcherConfig& config);
+
+}  // namespace lbea::tool
