@@ -349,20 +349,26 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
 
 SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
                                 const std::function<void(std::size_t done)>& progress) {
-  const std::size_t stride = padded_cells(renderer.camera());
+  const auto render = [&](std::uint32_t sample, std::span<std::uint16_t> image) {
+    renderer.render(model.node_positions(sample), image);
+  };
+  return render_depth_images(model, renderer.camera(), render, threads, progress);
+}
+
+SensorViews render_depth_images(const Model& model, const DepthCamera& camera, const SampleRenderer& render,
+                                unsigned threads, const std::function<void(std::size_t done)>& progress) {
+  const std::size_t stride = padded_cells(camera);
   auto rendered = std::make_shared<RenderedImages>();
   rendered->depths.assign(model.samples() * stride, empty_cell);
   std::atomic<std::size_t> done{0};
   work_in_parallel(model.samples(), threads, [&](const auto& next) {
     for (std::size_t s = next(); s < model.samples(); s = next()) {
-      renderer.render(model.node_positions(static_cast<std::uint32_t>(s)),
-                      std::span(rendered->depths).subspan(s * stride, stride));
+      render(static_cast<std::uint32_t>(s), std::span(rendered->depths).subspan(s * stride, stride));
       const std::size_t now = ++done;
       if (progress) progress(now);
     }
   });
-  SampleSource source{
-      .camera = renderer.camera(), .length_unit = std::string(model.length_unit()), .nodes = model.nodes()};
+  SampleSource source{.camera = camera, .length_unit = std::string(model.length_unit()), .nodes = model.nodes()};
   for (std::uint32_t s = 0; s < model.samples(); ++s) source.samples.push_back(model.sample(s));
   source.read_images = [&](std::size_t first, std::span<std::uint16_t> images) {
     std::copy_n(rendered->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());
@@ -372,7 +378,7 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   rendered->learned = learn_fit(source, threads);
   const LearnedFit& learned = rendered->learned;
-  return SensorViews(std::make_shared<const DepthImages>(DepthImages{renderer.camera(),
+  return SensorViews(std::make_shared<const DepthImages>(DepthImages{camera,
                                                                      rendered->depths,
                                                                      learned.expected,
                                                                      learned.metric,

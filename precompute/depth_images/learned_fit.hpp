@@ -41,4 +41,12 @@ struct LearnedFit {
 [[nodiscard]] SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
                                               const std::function<void(std::size_t done)>& progress = {});
 
+/// Renders the image of a sample: padded_cells(camera). Safe from several threads.
+using SampleRenderer = std::function<void(std::uint32_t sample, std::span<std::uint16_t> image)>;
+
+/// The same with images that show more than the component.
+[[nodiscard]] SensorViews render_depth_images(const Model& model, const DepthCamera& camera,
+                                              const SampleRenderer& render, unsigned threads,
+                                              const std::function<void(std::size_t done)>& progress = {});
+
 }  // namespace lbea::bake

@@ -10,6 +10,7 @@
 #include "tests/components/cut_run.hpp"
 #include "tools/eval/experiments.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/matching/assembled_views.hpp"
 
 #include <lbea/components.hpp>
 #include <lbea/test_history.hpp>
@@ -39,6 +40,7 @@ struct Setup {
   io::SensorDescription rig;
   std::vector<test::Cut> cuts;
   bool are_apart = false;
+  std::vector<SensorViews> views;  // of both models, each between the other one
   std::vector<Model> models;
 };
 
@@ -97,7 +99,7 @@ class Test {
         disturbance_(disturbance),
         name_(setup.ensemble.runs[run].name),
         noise_(tool::disturbed(setup.rig.noise, disturbance)),
-        both_({{setup.models[0]}, {setup.models[1]}}) {
+        both_({{setup.models[0], setup.views[0]}, {setup.models[1], setup.views[1]}}) {
     MatcherConfig config;
     config.method = Method::fit;
     config.max_points = setup.rig.sensor.width_px * setup.rig.sensor.height_px;
@@ -107,9 +109,12 @@ class Test {
       readers_.push_back(std::make_unique<test::CutRun>(setup.ensemble.runs[run].open(), cuts));
       sensors_.emplace_back(setup.rig.sensor, readers_[c]->mesh().nodes(), readers_[c]->mesh().elements);
     }
-    for (const Model& model : setup.models) {
+    for (std::size_t c = 0; c < setup.models.size(); ++c) {
+      const Model& model = setup.models[c];
       matchers_.emplace_back(model, config);
       histories_.emplace_back(model);
+      assembled_.emplace_back(model, config, setup.views[c]);
+      histories_.emplace_back(model, setup.views[c]);
       alone_.emplace_back(model);
     }
   }
@@ -127,11 +132,12 @@ class Test {
     std::vector<Point> points;
     for (std::size_t c = 0; c < 2; ++c) {
       if (c < readers_.size()) points = sense(c, step);
-      results.push_back(matchers_[c].match({step, stamp_ns, points}, histories_[c]));
+      results.push_back(matchers_[c].match({step, stamp_ns, points}, histories_[2 * c]));
       names.frame[c] = results[c].matches.empty() ? ~0u : results[c].matches.front().sample.simulation;
       const TestState& alone = alone_[c].update(results[c]);
       names.sample[c] = alone.sample.simulation;
       names.test[c] = alone.simulation;
+      if (!setup_.are_apart) results[c] = assembled_[c].match({step, stamp_ns, points}, histories_[2 * c + 1]);
     }
     both_.update(results);
     names.sample_of_both = both_.state(0).sample.simulation;
@@ -156,7 +162,7 @@ class Test {
   std::vector<std::unique_ptr<bake::SimulationReader>> readers_;  // of what a frame shows
   std::vector<bake::VirtualSensor> sensors_;
   bake::SensingNoise noise_;
-  std::vector<Matcher> matchers_;
+  std::vector<Matcher> matchers_, assembled_;
   std::vector<TestHistory> histories_;
   std::vector<Tracker> alone_;
   ComponentTracker both_;
@@ -182,6 +188,10 @@ int main(int count, char** arguments) {
   setup.cuts = {{0, -INFINITY, cut - gap / 2}, {0, cut + gap / 2, INFINITY}};
   setup.models.push_back(half(setup, folder / "rear.lbea", setup.cuts[0]));
   setup.models.push_back(half(setup, folder / "front.lbea", setup.cuts[1]));
+  for (std::size_t c = 0; c < 2; ++c)
+    setup.views.push_back(setup.are_apart
+                              ? SensorViews{}
+                              : tool::assembled_views(setup.models[c], {setup.models[1 - c]}, setup.rig.sensor));
   const std::size_t runs = setup.ensemble.runs.size(),
                     tests = count > 6 ? std::min<std::size_t>(std::strtoul(arguments[6], nullptr, 10), runs) : runs;
   const auto every = static_cast<std::uint32_t>(count > 7 ? std::strtoul(arguments[7], nullptr, 10) : 2);

@@ -93,8 +93,9 @@ std::string refusal(const std::string& arguments) {
 }  // namespace
 
 TEST_CASE("two components: a result of each per frame, in order, as each alone would have; frames are counted once") {
-  const Served both = serve({LBEA_MODEL, LBEA_OTHER_MODEL}), first = serve({LBEA_MODEL}),
-               second = serve({LBEA_OTHER_MODEL});
+  const std::vector<std::string> fit{"--method", "fit", "--min-coverage", "0.1"};
+  const Served both = serve({LBEA_MODEL, LBEA_OTHER_MODEL}, fit), first = serve({LBEA_MODEL}, fit),
+               second = serve({LBEA_OTHER_MODEL}, fit);
   REQUIRE(both.results.size() == 2 * (frames + 1) + 1);
   REQUIRE(first.results.size() == frames + 2);
   for (std::size_t i = 0; i < 2 * (frames + 1); ++i) {
@@ -126,7 +127,7 @@ TEST_CASE("two components: a result of each per frame, in order, as each alone w
 
 TEST_CASE("components are matched by other methods, and without history, too") {
   for (const std::vector<std::string>& more :
-       {std::vector<std::string>{"--method", "lbea"}, std::vector<std::string>{"--frames-alone"}}) {
+       {std::vector<std::string>{"--method", "lbea"}, std::vector<std::string>{"--method", "fit", "--frames-alone"}}) {
     const Served both = serve({LBEA_MODEL, LBEA_OTHER_MODEL}, more), second = serve({LBEA_OTHER_MODEL}, more);
     REQUIRE(both.results.size() == 2 * (frames + 1) + 1);
     for (std::size_t i = 0; i < frames; ++i) check_same_match(both.results[2 * i + 1], second.results[i]);

@@ -4,6 +4,7 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "tools/shared/cli/progress.hpp"
+#include "tools/shared/matching/box_of_samples.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -12,32 +13,11 @@
 #include <mutex>
 
 namespace lbea::tool {
-namespace {
-
-struct Box {
-  std::array<float, 3> low, high;
-};
-
-Box box_of(const Model& model) {
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  Box box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-  for (std::uint32_t s = 0; s < model.samples(); ++s) {
-    const auto positions = model.node_positions(s);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      box.low[i % 3] = std::min(box.low[i % 3], positions[i]);
-      box.high[i % 3] = std::max(box.high[i % 3], positions[i]);
-    }
-  }
-  return box;
-}
-
-}  // namespace
-
 SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
   std::vector<std::array<std::uint32_t, 4>> elements(model.elements());
   const auto flat = model.element_nodes();
   for (std::size_t i = 0; i < flat.size(); ++i) elements[i / 4][i % 4] = flat[i];
-  const Box box = box_of(model);
+  const SampleBox box = box_of_samples(model);
   const auto renderer = bake::make_depth_renderer(sensor, model.nodes(), elements, box.low, box.high);
   Progress progress("rendering samples", model.samples());
   std::mutex one_at_a_time;
