@@ -47,10 +47,12 @@ Served serve(const std::vector<std::string>& models, const std::vector<std::stri
   const auto server = bench.start(server_arguments(bench, models, more), "serve", "ready: frames on " + bench.frames());
   WireContext context;
   ResultSource source(context, bench.results());
-  REQUIRE(source.receive(30s));
+  const auto hello = source.receive(30s);
+  REQUIRE(hello);
   Camera camera(context, bench.frames());
   camera.look_from(pose);
   Served served;
+  REQUIRE(decode_state(*hello, served.state) == WireStatus::ok);
   for (std::uint64_t id = 0; id < frames; ++id) {
     camera.send(id);
     std::size_t count = 0;

@@ -16,7 +16,8 @@ struct ServedModel {
 [[nodiscard]] std::vector<std::string> component_names(const std::vector<std::string>& files);
 /// Throws the errors of Model::open(), and Error{bad_config} when lengths have different units.
 [[nodiscard]] std::vector<ServedModel> open_models(const std::vector<std::string>& files);
-/// For a ModelComponents. Throws as views_for() does.
+/// For a ModelComponents, with the depth images of each component between the others of its test. Throws as views_for()
+/// and assembled_views() do.
 [[nodiscard]] std::vector<ComponentModel> matched_components(const std::vector<ServedModel>& models,
                                                              const ServedRig& rig, const MatcherConfig& config);
 
