@@ -61,7 +61,9 @@ std::string text(const wire::WireChannel& channel) {
          (std::isnan(channel.end.value) ? "" : ", at the end " + words(channel.end));
 }
 
-std::string name_of(const wire::WireResult& result) { return "frame " + std::to_string(result.frame_id) + ": "; }
+std::string name_of(const wire::WireResult& result) {
+  return "frame " + std::to_string(result.frame_id) + (result.component.empty() ? "" : ", " + result.component) + ": ";
+}
 
 std::string text(const wire::WireResult& result) {
   std::string words(wire::to_string(result.status));
@@ -88,7 +90,8 @@ ResultComparison::ResultComparison(RecordedRun& run, const FrameFates& fates, do
     for (const wire::WireChannel& channel : result.channels)
       if (std::isfinite(channel.value))
         channel_scales_[channel.name] = std::max(channel_scales_[channel.name], std::abs(double{channel.value}));
-    if (is_of_a_frame(result.status)) recorded_[{result.session, result.frame_id}].push_back(result);
+    if (is_of_a_frame(result.status))
+      recorded_[{{result.session, result.frame_id}, result.component}].push_back(result);
   }
 }
 
@@ -124,7 +127,7 @@ wire::WireResult ResultComparison::take(std::vector<wire::WireResult>& results, 
 
 std::optional<std::string> ResultComparison::compare(const wire::WireResult& result) {
   const FrameKey key{result.session, result.frame_id};
-  const auto found = recorded_.find(key);
+  const auto found = recorded_.find({key, result.component});
   if (found == recorded_.end() && fates_.is_at_edge(key)) {
     ++tally_.edge_frames;
     return std::nullopt;
@@ -159,8 +162,9 @@ ComparisonTally ResultComparison::tally() const {
   ComparisonTally tally = tally_;
   for (const auto& [key, results] : recorded_) {
     // Dropped frames are not matched again, and rejected ones may have no cloud.
-    (fates_.is_at_edge(key) ? tally.edge_results : tally.not_repeated) += static_cast<std::uint64_t>(std::ranges::count(
-        results, wire::Fate::matched, [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
+    (fates_.is_at_edge(key.first) ? tally.edge_results : tally.not_repeated) +=
+        static_cast<std::uint64_t>(std::ranges::count(
+            results, wire::Fate::matched, [](const wire::WireResult& result) { return wire::fate_of(result.status); }));
   }
   return tally;
 }

@@ -44,8 +44,9 @@ class ResultComparison {
   const FrameFates& fates_;
   double tolerance_;
   bool has_history_;
-  std::map<std::string, double> channel_scales_;                // by name: the largest recorded magnitude
-  std::map<FrameKey, std::vector<wire::WireResult>> recorded_;  // several for a repeated id; compared ones are removed
+  std::map<std::string, double> channel_scales_;                 // by name: the largest recorded magnitude
+  using ResultKey = std::pair<FrameKey, std::string>;            // the latter: component
+  std::map<ResultKey, std::vector<wire::WireResult>> recorded_;  // several for a repeated id; compared ones are removed
   ComparisonTally tally_;
 };
 

@@ -78,8 +78,10 @@ void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.file, "the recording")->required();
   auto* to =
       tool.add_option("--to", options.socket.endpoint, "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc");
-  auto* model =
-      tool.add_option("--model", options.model.settings.model_file, "baked model (.lbea) to match with")->excludes(to);
+  auto* model = tool.add_option("--model", options.model.model_files,
+                                "baked model (.lbea) to match with; once for each component of the recording")
+                    ->repeatable()
+                    ->excludes(to);
   tool.add_option("--range", options.range, "FROM:TO in seconds after the first frame; either may be omitted");
   add_sending_options(tool, options, to, model);
   add_matching_options(tool, options, model);
@@ -87,7 +89,7 @@ void add_options(Tool& tool, Options& options) {
 }
 
 void require_destination(const Options& options) {
-  if (options.socket.endpoint.empty() && options.model.settings.model_file.empty())
+  if (options.socket.endpoint.empty() && options.model.model_files.empty())
     throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
 }
 
@@ -106,6 +108,7 @@ int replay(Options options) {
     return replay_to_socket(run, options.socket) ? exit_ok : exit_failed;
   }
   model.json = options.json;
+  model.settings.model_file = model.model_files.front();
   model.settings.recording = options.file;
   model.settings.needs_all = model.compares;
   return replay_into_model(run, part, model) ? exit_ok : exit_failed;

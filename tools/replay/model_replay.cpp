@@ -5,11 +5,14 @@
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/test_answer.hpp"
+#include "tools/shared/matching/assembled_views.hpp"
 #include "tools/shared/matching/views.hpp"
+#include "tools/shared/replaying/component_replay.hpp"
 #include "tools/shared/replaying/rig_replay.hpp"
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <utility>
@@ -22,16 +25,17 @@ constexpr std::uint64_t most_differences_shown = 20;
 /// Prints, writes or compares each new result.
 class ResultOutput {
  public:
-  ResultOutput(const ModelReplayOptions& options, const RunSettings& settings, const Model& model,
-               ResultComparison* comparison)
-      : options_(options), model_(model), comparison_(comparison) {
+  ResultOutput(const ModelReplayOptions& options, const RunSettings& settings,
+               const std::vector<ComponentModel>& components, ResultComparison* comparison)
+      : options_(options), components_(components), comparison_(comparison), answers_(components.size()) {
     if (!options.output.empty()) file_ = std::make_unique<ResultsFile>(options.output, settings);
     if (comparison == nullptr && !options.json && options.output.empty()) std::printf("%s\n", result_header().c_str());
   }
   bool operator()(const wire::WireResult& result, const TestKey& test) {
     ++counters_.by_status[static_cast<std::size_t>(result.status)];
-    if (test != std::exchange(test_, test)) print_answer();
-    answer_.add(result);
+    if (test != std::exchange(test_, test)) print_answers();
+    for (std::size_t i = 0; i < components_.size(); ++i)
+      if (result.component.empty() || result.component == components_[i].name) answers_[i].add(result);
     if (file_) file_->add(result);
     if (comparison_ != nullptr) {
       compare(result);
@@ -42,22 +46,27 @@ class ResultOutput {
   }
   /// Throws Error{bad_input} when no frame was matched and nothing is compared.
   void finish() {
-    print_answer();
+    print_answers();
     if (file_) file_->finish();
-    const std::string refusal = refusal_of_all(counters_, model_.length_unit());
+    const std::string refusal = refusal_of_all(counters_, components_.front().model.length_unit());
     if (!refusal.empty() && comparison_ == nullptr)
       throw Error(Status::bad_input, options_.settings.recording + ": " + refusal);
   }
 
  private:
   /// Of the test that ends.
-  void print_answer() {
+  void print_answers() {
+    for (std::size_t i = 0; i < components_.size(); ++i) print_answer(components_[i], answers_[i]);
+    answers_.assign(components_.size(), {});
+  }
+  void print_answer(const ComponentModel& component, const TestAnswer& answer) const {
+    const Model& model = component.model;
     std::vector<std::string> names;
-    for (std::uint32_t i = 0; i < model_.simulations(); ++i) names.emplace_back(model_.simulation_name(i));
-    if (answer_.state().frames > 0 && comparison_ == nullptr && !options_.json)
-      std::printf("test: %s\n", printable(answer_text(answer_.state(), names)).c_str());
-    if (const std::string warning = answer_.warning(); !warning.empty()) spdlog::warn(warning);
-    answer_ = {};
+    for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
+    const std::string of = components_.size() > 1 ? ", " + component.name : "";
+    if (answer.state().frames > 0 && comparison_ == nullptr && !options_.json)
+      std::printf("test%s: %s\n", printable(of).c_str(), printable(answer_text(answer.state(), names)).c_str());
+    if (const std::string warning = answer.warning(); !warning.empty()) spdlog::warn(warning);
   }
   void compare(const wire::WireResult& result) {
     const auto difference = comparison_->compare(result);
@@ -65,10 +74,10 @@ class ResultOutput {
       std::printf("%s\n", printable(*difference).c_str());
   }
   const ModelReplayOptions& options_;
-  const Model& model_;
+  const std::vector<ComponentModel>& components_;
   ResultComparison* comparison_;
   wire::Counters counters_;
-  TestAnswer answer_;
+  std::vector<TestAnswer> answers_;  // of each component
   TestKey test_;
   std::unique_ptr<ResultsFile> file_;
   std::uint64_t shown_ = 0;
@@ -76,8 +85,9 @@ class ResultOutput {
 
 /// Matches the frames of the part and, before them, those of the same test, on which its first results depend. Frames
 /// that the matcher dropped would change the results of the others. False when stopped.
-bool match_part(RecordedRun& run, const Part& part, std::int64_t history_ns, const FrameFates& fates,
-                MatchReplay& replay, const ResultHandler& handle, std::uint64_t& dropped) {
+template <class Replay>
+bool match_part(RecordedRun& run, const Part& part, std::int64_t history_ns, const FrameFates& fates, Replay& replay,
+                const ResultHandler& handle, std::uint64_t& dropped) {
   run.limit(Part{}.from_ns, part.to_ns);
   run.rewind();
   while (const auto message = run.next()) {
@@ -93,7 +103,8 @@ bool match_part(RecordedRun& run, const Part& part, std::int64_t history_ns, con
       return false;
     }
   }
-  return replay.flush(handle);
+  if constexpr (requires { replay.flush(handle); }) return replay.flush(handle);
+  return true;
 }
 
 std::vector<SensorViews> views_of_rigs(const RunSettings& settings, const Model& model, const std::string& file) {
@@ -145,9 +156,42 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
   return tally.is_same();
 }
 
+/// The models of --model, in the order of the recorded components. Throws Error{bad_config} when they are others.
+std::vector<ComponentModel> open_components(const RunSettings& recorded, const ModelReplayOptions& options) {
+  std::vector<ComponentModel> given, ordered;
+  for (const std::string& file : options.model_files)
+    given.push_back({std::filesystem::path(file).stem().string(), Model::open(file)});
+  if (recorded.components.empty() && given.size() == 1) return given;
+  std::string names;
+  for (const ComponentSettings& component : recorded.components) {
+    names += (names.empty() ? "" : ", ") + component.name;
+    const auto found = std::ranges::find(given, component.name, &ComponentModel::name);
+    if (found != given.end()) ordered.push_back(*found);
+  }
+  if (ordered.size() != recorded.components.size() || ordered.size() != given.size())
+    throw Error(Status::bad_config, options.settings.recording + ": was matched with " +
+                                        (names.empty() ? "one model" : "the models of the components " + names) +
+                                        "; give --model once for each, with files of these names");
+  return ordered;
+}
+
+bool match_components(RecordedRun& run, const Part& part, const ModelReplayOptions& options,
+                      const RunSettings& settings, std::vector<ComponentModel>& components, const FrameFates& fates,
+                      const ResultHandler& handle, std::uint64_t& dropped) {
+  const std::string& pose_file = options.settings.pose_file;
+  complete_views(components, settings.matcher, settings.sensor_json,
+                 pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
+  ComponentReplay replay(components, settings, options.threads);
+  const std::int64_t history_ns = has_history(settings) ? history_of(run, part, fates) : part.from_ns;
+  return match_part(run, part, history_ns, fates, replay, handle, dropped);
+}
+
 /// False when stopped.
 bool match_again(RecordedRun& run, const Part& part, const ModelReplayOptions& options, const RunSettings& settings,
-                 const Model& model, const FrameFates& fates, const ResultHandler& handle, std::uint64_t& dropped) {
+                 std::vector<ComponentModel>& components, const FrameFates& fates, const ResultHandler& handle,
+                 std::uint64_t& dropped) {
+  if (components.size() > 1) return match_components(run, part, options, settings, components, fates, handle, dropped);
+  const Model& model = components.front().model;
   const std::string &recording = options.settings.recording, &pose_file = options.settings.pose_file;
   if (!settings.rigs.empty()) {
     const std::vector<SensorViews> views = views_of_rigs(settings, model, recording);
@@ -167,19 +211,19 @@ bool match_again(RecordedRun& run, const Part& part, const ModelReplayOptions& o
 }  // namespace
 
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
-  const Model model = Model::open(options.settings.model_file);
-  RunSettings settings = replay_settings(run.settings(), model, options.settings);
+  std::vector<ComponentModel> components = open_components(run.settings(), options);
+  RunSettings settings = replay_settings(run.settings(), components.front().model, options.settings);
   settings.program = "lbea-replay " LBEA_VERSION_STRING;
   const FrameFates fates(run);
   std::optional<ResultComparison> comparison;
   if (options.compares) comparison.emplace(run, fates, options.tolerance, has_history(settings));
   ResultComparison* const compared = comparison ? &*comparison : nullptr;
-  ResultOutput output(options, settings, model, compared);
+  ResultOutput output(options, settings, components, compared);
   const ResultHandler handle = [&](const wire::WireResult& result, const TestKey& test) {
     return output(result, test);
   };
   std::uint64_t dropped = 0;
-  if (!match_again(run, part, options, settings, model, fates, handle, dropped)) return false;
+  if (!match_again(run, part, options, settings, components, fates, handle, dropped)) return false;
   if (dropped > 0) spdlog::info("{} recorded frames did not get into the matcher and are not matched", dropped);
   output.finish();
   return !comparison || conclude(comparison->tally(), part, options);

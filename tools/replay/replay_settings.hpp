@@ -25,7 +25,8 @@ struct Range {
 [[nodiscard]] std::int64_t history_of(RecordedRun& run, const Part& part, const FrameFates& fates);
 
 struct ModelReplayOptions {
-  SettingsOptions settings;
+  SettingsOptions settings;              // model_file: the first
+  std::vector<std::string> model_files;  // one per component
   std::string output;
   unsigned threads = 1;
   bool compares = false, json = false;

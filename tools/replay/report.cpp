@@ -33,7 +33,8 @@ std::string result_line(const wire::WireResult& result) {
   const wire::WireMatch& best = result.matches[0];
   return formatted("%10llu  %-16s %5u %14.6g %8.3f  %s%s", number(result.frame_id), best.simulation_name.c_str(),
                    best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
-                   verdict.c_str(), by_rigs(result).c_str());
+                   (verdict + (result.component.empty() ? "" : " of " + result.component)).c_str(),
+                   by_rigs(result).c_str());
 }
 
 std::string result_json(const wire::WireResult& result) {
@@ -50,6 +51,7 @@ std::string result_json(const wire::WireResult& result) {
             {"verdict", wire::to_string(result.verdict)}};
   for (const auto& number : frame_numbers) json[number.name] = result.*number.value;
   json["matches"] = std::move(matches);
+  if (!result.component.empty()) json["component"] = result.component;
   add_details(json, result);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);  // names may not be UTF-8
 }

@@ -87,7 +87,6 @@ void require_settings_of_components(const ServeOptions& options) {
   refuse(options.has_several_rigs(), "several --frames");
   refuse(options.pipeline.matchers > 1, "--matchers");
   refuse(!options.inferred_field.empty(), "--infer");
-  refuse(!options.recording.file.empty(), "--record");
 }
 
 void add_operation_options(Tool& tool, ServeOptions& options) {

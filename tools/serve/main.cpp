@@ -46,8 +46,11 @@ PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<Se
 }
 
 /// Stored in the recording, for its replay.
-RunSettings run_settings(const ServeOptions& options, const Model& model) {
+RunSettings run_settings(const ServeOptions& options, const std::vector<ServedModel>& models) {
+  const Model& model = models.front().model;
   RunSettings settings;
+  for (const ServedModel& served : models)
+    if (models.size() > 1) settings.components.push_back({served.name, served.file, served.model.checksum()});
   settings.program = "lbea-serve " LBEA_VERSION_STRING;
   settings.model_file = options.model_files.front();
   settings.model_checksum = model.checksum();
@@ -290,7 +293,7 @@ int serve_models(const ServeOptions& options, const std::vector<ServedModel>& mo
   std::vector<wire::FrameSource> frames = bind_frames(context, options, config);
   wire::ResultSink results(context, options.results_endpoint, wire::results_held, listeners);
   const std::string ready = ready_line(frames, options, results, models);
-  const auto recorder = begin_recording(options.recording, run_settings(options, model));
+  const auto recorder = begin_recording(options.recording, run_settings(options, models));
   RecordingLog recording(recorder.get(), options.recording.file);
   RunObservers observers;
   observers.add(recorder.get());

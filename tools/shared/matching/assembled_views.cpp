@@ -1,10 +1,16 @@
 #include "tools/shared/matching/assembled_views.hpp"
 
+#include "adapters/rig/sensor_json.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/track/same_runs.hpp"
 #include "tools/shared/matching/box_of_samples.hpp"
+#include "tools/shared/matching/views.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 
 namespace lbea::tool {
 namespace {
@@ -67,6 +73,28 @@ void keep_inside(const DepthCamera& camera, const CellGrid& envelope, std::span<
       image[cell] = empty_cell;
 }
 
+/// The others of the component's test.
+std::vector<Model> neighbors_of(std::size_t component, const std::vector<ComponentModel>& components) {
+  std::vector<Model> others;
+  for (const std::vector<std::size_t>& group : coupled(components))
+    if (std::ranges::find(group, component) != group.end())
+      for (const std::size_t i : group)
+        if (i != component) others.push_back(components[i].model);
+  return others;
+}
+
+/// Nothing without the description of a whole rig.
+std::optional<bake::StereoSensor> sensor_of(const std::string& sensor_json, const std::string& name,
+                                            std::string_view length_unit) {
+  if (sensor_json.empty()) return {};
+  try {
+    return io::parse_sensor_json(sensor_json, name, length_unit).sensor;
+  } catch (const Error& error) {
+    spdlog::warn("frames are matched as if they showed each component alone, because {}", error.what());
+    return {};
+  }
+}
+
 }  // namespace
 
 SensorViews assembled_views(const Model& model, const std::vector<Model>& others, const bake::StereoSensor& sensor) {
@@ -79,6 +107,22 @@ SensorViews assembled_views(const Model& model, const std::vector<Model>& others
     keep_inside(renderer->camera(), envelope, image);
   };
   return bake::render_depth_images(model, renderer->camera(), render, 0);
+}
+
+void complete_views(std::vector<ComponentModel>& components, const MatcherConfig& config,
+                    const std::string& sensor_json, const std::string& name) {
+  const bool is_fit = config.method == Method::fit;
+  const auto sensor = is_fit ? sensor_of(sensor_json, name, components.front().model.length_unit()) : std::nullopt;
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    ComponentModel& component = components[i];
+    const std::vector<Model> others = neighbors_of(i, components);
+    if (!sensor || others.empty()) {
+      component.views = views_for(config, component.model, sensor_json, name);
+      continue;
+    }
+    spdlog::info("rendering {} samples of {} between the other components", component.model.samples(), component.name);
+    component.views = assembled_views(component.model, others, *sensor);
+  }
 }
 
 }  // namespace lbea::tool

@@ -3,9 +3,7 @@
 
 #include "precompute/rig/stereo_sensor.hpp"
 
-#include <lbea/lbea.hpp>
-
-#include <vector>
+#include "tools/shared/matching/component_engine.hpp"
 
 namespace lbea::tool {
 
@@ -15,5 +13,11 @@ namespace lbea::tool {
 /// when the sensor does not see the component.
 [[nodiscard]] SensorViews assembled_views(const Model& model, const std::vector<Model>& others,
                                           const bake::StereoSensor& sensor);
+
+/// Gives components of one test these views, and the others those of views_for(). sensor_json: the text of the rig's
+/// description; when it does not describe a whole rig, a warning is logged and all components have their own images.
+/// Throws Error{bad_config | bad_input} as views_for() does.
+void complete_views(std::vector<ComponentModel>& components, const MatcherConfig& config,
+                    const std::string& sensor_json, const std::string& name);
 
 }  // namespace lbea::tool

@@ -94,6 +94,7 @@ class RunAuditor {
       audit_.settings.model_checksum = matcher_->model.checksum;
       audit_.settings.method = matcher_->method;
     }
+    close_components();
     if (audit_.is_replayed) audit_.counters.reset();
     if (audit_.is_matchers_own() && audit_.counters) audit_.interleaved = audit_.counters->interleaved;
     for (auto& [session, captures] : sessions_) close_session(session, captures);
@@ -125,9 +126,25 @@ class RunAuditor {
     }
     ++audit_.results_by_status[std::string(wire::to_string(result_.status))];
     update_counters(result_.sequence, result_.counters);
+    if (!result_.component.empty()) return add_of_component();
     wire::for_each_frame(result_, [this](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
       add_answer({session, id, result_.receive_ns}, status);
     });
+  }
+
+  /// The results of a frame's components are one answer: it is matched if any component is.
+  void add_of_component() {
+    const Capture capture{result_.session, result_.frame_id, result_.receive_ns};
+    if (!of_components_ || of_components_->first != capture) {
+      close_components();
+      of_components_ = {capture, result_.status};
+    } else if (wire::fate_of(result_.status) == wire::Fate::matched) {
+      of_components_->second = result_.status;
+    }
+  }
+  void close_components() {
+    if (of_components_) add_answer(of_components_->first, of_components_->second);
+    of_components_.reset();
   }
 
   void add_answer(const Capture& capture, wire::WireStatus status) {
@@ -217,6 +234,7 @@ class RunAuditor {
   const RecordedMessageVisitor& visit_;
   std::map<std::uint64_t, Captures> sessions_;
   std::vector<Capture> frames_, matched_, dropped_, refused_;
+  std::optional<std::pair<Capture, wire::WireStatus>> of_components_;  // of the latest frame
   std::uint64_t last_sequence_ = 0;
   std::optional<wire::WireState> matcher_;  // the first state of a matcher
   wire::WireResult result_;

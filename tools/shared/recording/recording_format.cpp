@@ -79,6 +79,13 @@ void for_each_rig_setting(Rig& rig, const Visit& visit) {
   visit("sensor_json", rig.sensor_json);
 }
 
+template <class Component, class Visit>
+void for_each_component_setting(Component& component, const Visit& visit) {
+  visit("name", component.name);
+  visit("model_file", component.model_file);
+  visit("model_checksum", component.model_checksum);
+}
+
 constexpr std::array<std::string_view, 3> condition_names{"active", "ended", "silent"};
 
 bool read(std::istream& in, wire::SenderCondition& condition) {
@@ -158,6 +165,12 @@ mcap::Metadata to_metadata(const RigSettings& rig, std::size_t number) {
   return metadata;
 }
 
+mcap::Metadata to_metadata(const ComponentSettings& component, std::size_t number) {
+  mcap::Metadata metadata{std::string(component_metadata_name), {{"number", text(number)}}};
+  for_each_component_setting(component, [&](const char* key, const auto& value) { metadata.texts[key] = text(value); });
+  return metadata;
+}
+
 RigSettings rig_settings_from(const mcap::Metadata& metadata, const std::string& file) {
   RigSettings rig;
   for_each_rig_setting(rig, SettingReader{metadata, file});
@@ -177,10 +190,14 @@ RunSettings settings_from(const mcap::Metadata& metadata, const std::string& fil
 void read(const mcap::Metadata& metadata, RunSettings& into, const std::string& file) {
   if (metadata.name == settings_metadata_name) {
     std::vector<RigSettings> rigs = std::move(into.rigs);
+    std::vector<ComponentSettings> components = std::move(into.components);
     into = settings_from(metadata, file);
     into.rigs = std::move(rigs);
+    into.components = std::move(components);
   } else if (metadata.name == rig_metadata_name && into.rigs.size() < wire::most_rigs) {
     into.rigs.push_back(rig_settings_from(metadata, file));
+  } else if (metadata.name == component_metadata_name && into.components.size() < wire::most_components) {
+    for_each_component_setting(into.components.emplace_back(), SettingReader{metadata, file});
   }
 }
 

@@ -28,6 +28,12 @@ struct RigSettings {
   std::string sensor_json{};         // the text of the rig's description; may be empty
 };
 
+/// One of several components.
+struct ComponentSettings {
+  std::string name, model_file;
+  std::uint64_t model_checksum = 0;
+};
+
 /// How a run was matched, so that a replay can match in the same way.
 struct RunSettings {
   std::string program;     // with its version
@@ -40,8 +46,9 @@ struct RunSettings {
   std::uint32_t frames_alone = 0;    // 1: with fit, frames were matched without what the earlier ones have shown
   std::string sensor_json;           // the text of the rig's description; may be empty
   std::int64_t start_ns = 0;
-  std::string record_window{};      // BEFORE:AFTER in seconds; empty: everything was recorded
-  std::vector<RigSettings> rigs{};  // empty: one rig, whose pose `matcher` has
+  std::string record_window{};                  // BEFORE:AFTER in seconds; empty: everything was recorded
+  std::vector<RigSettings> rigs{};              // empty: one rig, whose pose `matcher` has
+  std::vector<ComponentSettings> components{};  // empty: one model; model_file is that of the first
 };
 
 inline constexpr std::string_view settings_metadata_name = "lbea.recording";
@@ -49,6 +56,9 @@ inline constexpr std::string_view settings_metadata_name = "lbea.recording";
 /// One record for each of several rigs, in their order.
 inline constexpr std::string_view rig_metadata_name = "lbea.recording.rig";
 [[nodiscard]] mcap::Metadata to_metadata(const RigSettings& rig, std::size_t number);
+/// The same for each of several components.
+inline constexpr std::string_view component_metadata_name = "lbea.recording.component";
+[[nodiscard]] mcap::Metadata to_metadata(const ComponentSettings& component, std::size_t number);
 /// Throws Error{bad_input} when a text is not a valid number where one is expected, or the pose is not rigid.
 [[nodiscard]] RigSettings rig_settings_from(const mcap::Metadata& metadata, const std::string& file);
 /// `points`. Throws Error{bad_input} when no program accepts so many: a matcher allocates memory for them.
@@ -57,7 +67,7 @@ inline constexpr std::string_view rig_metadata_name = "lbea.recording.rig";
 /// `file` is for the message.
 [[nodiscard]] RunSettings settings_from(const mcap::Metadata& metadata, const std::string& file);
 
-/// Adds what a record of metadata says, if it is one of the two above. Throws the same.
+/// Adds what a record of metadata says, if it is one of the three above. Throws the same.
 void read(const mcap::Metadata& metadata, RunSettings& into, const std::string& file);
 
 /// The senders at the end of a recording without a matcher, from which missing captures are known. One text per

@@ -39,6 +39,8 @@ RecordingStart start_of(const RunSettings& settings) {
   start.metadata = {to_metadata(settings)};
   for (std::size_t rig = 0; rig < settings.rigs.size(); ++rig)
     start.metadata.push_back(to_metadata(settings.rigs[rig], rig));
+  for (std::size_t i = 0; i < settings.components.size(); ++i)
+    start.metadata.push_back(to_metadata(settings.components[i], i));
   start.status_channel = recorder_channel;
   return start;
 }
