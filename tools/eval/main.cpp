@@ -13,6 +13,7 @@
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/intake/access_options.hpp"
+#include "tools/shared/intake/component_results.hpp"
 #include "tools/shared/matching/transformed.hpp"
 
 #include <lbea/inference.hpp>
@@ -20,6 +21,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <set>
 
 #include <unistd.h>
 
@@ -91,6 +93,9 @@ class LiveTest {
       write_csv(arguments_.out / "results.csv", summary_);
       write_meshes();
     }
+    if (summary_.rows.empty() && !others_.empty())
+      throw Error(Status::bad_input, arguments_.results + ": no component has this model; give the model of " +
+                                         *others_.begin() + " or of another component of the matcher");
     if (summary_.rows.empty())
       throw Error(
           Status::endpoint_unavailable,
@@ -127,7 +132,8 @@ class LiveTest {
     if (const wire::WireStatus status = wire::decode_result(message, result); status != wire::WireStatus::ok)
       throw Error(Status::bad_input,
                   arguments_.results + ": a result cannot be read: " + std::string(wire::explain(status)));
-    if (result.model_checksum != model_.checksum())
+    if (!concerns(result, model_.checksum())) return void(others_.insert(result.component));
+    if (result.model_checksum != model_.checksum() && result.model_checksum != 0)
       throw Error(Status::bad_input,
                   arguments_.results + ": these results are from another model; give the model that the matcher uses");
     if (result.status == wire::WireStatus::end_of_stream) {
@@ -207,6 +213,7 @@ class LiveTest {
   std::optional<Truth> truth_;
   RigidTransform pose_ = identity_transform;
   LiveSummary summary_;
+  std::set<std::string> others_;  // components with other models
 };
 
 }  // namespace

@@ -157,18 +157,19 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
 }
 
 /// The models of --model, in the order of the recorded components. Throws Error{bad_config} when they are others.
-std::vector<ComponentModel> open_components(const RunSettings& recorded, const ModelReplayOptions& options) {
+std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>& recorded,
+                                            const ModelReplayOptions& options) {
   std::vector<ComponentModel> given, ordered;
   for (const std::string& file : options.model_files)
     given.push_back({std::filesystem::path(file).stem().string(), Model::open(file)});
-  if (recorded.components.empty() && given.size() == 1) return given;
+  if (recorded.empty() && given.size() == 1) return given;
   std::string names;
-  for (const ComponentSettings& component : recorded.components) {
+  for (const ComponentSettings& component : recorded) {
     names += (names.empty() ? "" : ", ") + component.name;
     const auto found = std::ranges::find(given, component.name, &ComponentModel::name);
     if (found != given.end()) ordered.push_back(*found);
   }
-  if (ordered.size() != recorded.components.size() || ordered.size() != given.size())
+  if (ordered.size() != recorded.size() || ordered.size() != given.size())
     throw Error(Status::bad_config, options.settings.recording + ": was matched with " +
                                         (names.empty() ? "one model" : "the models of the components " + names) +
                                         "; give --model once for each, with files of these names");
@@ -211,7 +212,8 @@ bool match_again(RecordedRun& run, const Part& part, const ModelReplayOptions& o
 }  // namespace
 
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
-  std::vector<ComponentModel> components = open_components(run.settings(), options);
+  std::vector<ComponentModel> components =
+      open_components(recorded_components(run.settings(), options.settings.recording), options);
   RunSettings settings = replay_settings(run.settings(), components.front().model, options.settings);
   settings.program = "lbea-replay " LBEA_VERSION_STRING;
   const FrameFates fates(run);

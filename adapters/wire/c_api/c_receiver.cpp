@@ -139,7 +139,14 @@ lbea_wire_status lbea_wire_receiver_get_matcher(const lbea_wire_receiver* receiv
 const char* lbea_wire_receiver_simulation_name(const lbea_wire_receiver* receiver, uint32_t simulation) {
   if (receiver == nullptr) return nullptr;
   const WireState* state = receiver->results.state();
-  if (state == nullptr || simulation >= state->model.simulations.size()) return nullptr;
-  const bool is_same_model = receiver->latest == nullptr || receiver->latest->model_checksum == state->model.checksum;
-  return is_same_model ? state->model.simulations[simulation].c_str() : nullptr;
+  if (state == nullptr) return nullptr;
+  const auto name_in = [&](const ModelSummary& model) {
+    return simulation < model.simulations.size() ? model.simulations[simulation].c_str() : nullptr;
+  };
+  if (receiver->latest == nullptr || receiver->latest->model_checksum == state->model.checksum)
+    return name_in(state->model);
+  for (const WireComponent& component : state->components)
+    if (component.name == receiver->latest->component && component.model.checksum == receiver->latest->model_checksum)
+      return name_in(component.model);
+  return nullptr;
 }

@@ -94,6 +94,7 @@ lbea_wire_result lbea_wire_receiver::to_c(const WireResult& from) {
   to.publish_ns = from.publish_ns;
   to.model_checksum = from.model_checksum;
   to.reference = from.reference;
+  to.component = from.component.c_str();
   copy_numbers(from, to);
   copy_times(from.elapsed_ns, to);
   list(from.matches, matches, to.matches, to.match_count, [](const WireMatch& m) {

@@ -1,4 +1,5 @@
 #include "tools/monitor/feeds/live_feed.hpp"
+#include "tools/shared/intake/component_results.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/monitor/feeds/health.hpp"
@@ -87,7 +88,7 @@ class Live final : public LiveFeed {
         health_.add(state);
       else
         health_.add_unreadable();
-      if (is_state) model_differs_ = state.model.checksum != model_.checksum();
+      if (is_state) model_differs_ = !has_model(state);
     }
   }
 
@@ -106,7 +107,13 @@ class Live final : public LiveFeed {
     }
   }
 
+  [[nodiscard]] bool has_model(const wire::WireState& state) const {
+    const auto is_this = [&](const wire::WireComponent& c) { return c.model.checksum == model_.checksum(); };
+    return state.model.checksum == model_.checksum() || std::ranges::any_of(state.components, is_this);
+  }
+
   void add(const wire::WireResult& result) {
+    if (!concerns(result, model_.checksum())) return;
     log_.add(result);
     health_.add(result);
     if (result.status == wire::WireStatus::end_of_stream) return;

@@ -1,4 +1,5 @@
 #include "tools/monitor/feeds/recording_feed.hpp"
+#include "tools/shared/intake/component_results.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/monitor/feeds/health.hpp"
@@ -105,6 +106,7 @@ class Recording final : public RecordingFeed {
   void add_result(const RecordedMessage& message, const FrameTimes& frames) {
     wire::WireResult result;
     if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
+    if (!concerns(result, model_.checksum())) return;
     health_.add(result, time_);
     const TestKey test = test_of(result);
     if (logs_.size() < most_tests || logs_.contains(test)) logs_[test].add(result);
@@ -137,12 +139,13 @@ class Recording final : public RecordingFeed {
     const TestLog& log = log_of(entry.test);
     Health health = health_;
     health.add(moment.result, time_);
-    nlohmann::json head{{"type", "snapshot"},
-                        {"result", to_json(moment.result)},
-                        {"health", health.report(time_)},
-                        {"has_preview", true},
-                        {"model_differs", moment.result.model_checksum != model_.checksum()},
-                        {"test", to_json(log, moment.result.stamp_ns, exports_.simulation_names())}};
+    nlohmann::json head{
+        {"type", "snapshot"},
+        {"result", to_json(moment.result)},
+        {"health", health.report(time_)},
+        {"has_preview", true},
+        {"model_differs", moment.result.model_checksum != 0 && moment.result.model_checksum != model_.checksum()},
+        {"test", to_json(log, moment.result.stamp_ns, exports_.simulation_names())}};
     head["test"]["session"] = text(entry.test);
     head["health"]["recording"] = audit_;
     return scenes_.build(moment, std::move(head));
@@ -161,7 +164,7 @@ class Recording final : public RecordingFeed {
     while (const auto message = run_.next())
       if (message->kind == RecordedMessage::Kind::result &&
           wire::decode_result(message->data, result) == wire::WireStatus::ok && result.session == entry.session &&
-          result.frame_id == entry.id)
+          result.frame_id == entry.id && concerns(result, model_.checksum()))
         return result;
     return {};
   }

@@ -124,6 +124,10 @@ TestReport make_report(const ReportOptions& options, const StageReporter& progre
       read_recording(options.recording, stage(progress, "reading results"),
                      options.keeps_all_frames ? std::numeric_limits<std::size_t>::max() : TestRecord::default_capacity);
   require_content(content);
+  if (!content.audit.settings.components.empty())
+    throw Error(Status::bad_input, options.recording.string() +
+                                       ": was matched with the models of several components, which lbea-report does "
+                                       "not read yet; see lbea-replay and lbea-monitor --model");
   const std::filesystem::path model_file = model_file_of(options, content);
   Model model = open_model(model_file, content);
   TestReport report(std::move(content), std::move(model), model_file);

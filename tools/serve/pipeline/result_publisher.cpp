@@ -90,7 +90,7 @@ bool ResultPublisher::publish_queued() noexcept {
   const bool has_published = publish_rejections();
   if (outcome == nullptr) return has_published;
   compose(*outcome, *tests_[outcome->component], result_);
-  result_.model_checksum = config_.description.model.checksum;
+  result_.model_checksum = checksum_of_frames();
   if (has_component(*outcome))
     send_of_component(*outcome);
   else
@@ -103,7 +103,7 @@ bool ResultPublisher::publish_rejections() noexcept {
   const std::size_t queued = queues_.rejections.used();
   for (std::size_t i = 0; i < queued; ++i) {
     result_ = *queues_.rejections.front();
-    result_.model_checksum = config_.description.model.checksum;
+    result_.model_checksum = checksum_of_frames();
     send_of_frame();
     queues_.rejections.release();
   }
@@ -112,6 +112,10 @@ bool ResultPublisher::publish_rejections() noexcept {
 
 bool ResultPublisher::has_component(const Outcome& outcome) const noexcept {
   return !config_.components.empty() && outcome.result.status != wire::WireStatus::end_of_stream;
+}
+
+std::uint64_t ResultPublisher::checksum_of_frames() const noexcept {
+  return config_.components.empty() ? config_.description.model.checksum : 0;
 }
 
 /// A result that is the only one of its frame, or of no frame.

@@ -58,6 +58,7 @@ class ResultPublisher {
   bool publish_queued() noexcept;
   bool publish_rejections() noexcept;
   [[nodiscard]] bool has_component(const Outcome& outcome) const noexcept;
+  [[nodiscard]] std::uint64_t checksum_of_frames() const noexcept;
   void send_of_frame() noexcept;
   void send_of_component(const Outcome& outcome) noexcept;
   void send_result() noexcept;

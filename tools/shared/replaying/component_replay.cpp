@@ -25,6 +25,7 @@ bool ComponentReplay::add(const ReplayedFrame& replayed, const ResultHandler& ha
   outcome_.result.points.received = decoder_.header().points;
   wire::WireResult result = result_of(0, replayed);
   result.component.clear();
+  result.model_checksum = 0;
   return !replayed.is_wanted || handle(result, replayed.test);
 }
 

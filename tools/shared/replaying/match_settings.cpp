@@ -100,6 +100,15 @@ void require_recorded_settings(const SettingsOptions& options) {
 
 }  // namespace
 
+std::vector<ComponentSettings> recorded_components(const RunSettings& recorded, const std::string& file) {
+  if (!recorded.components.empty() || !recorded.method.empty()) return recorded.components;
+  std::vector<ComponentSettings> components;
+  if (const auto state = recorded_state(file))
+    for (const wire::WireComponent& c : state->components)
+      components.push_back({c.name, c.model.file, c.model.checksum});
+  return components;
+}
+
 RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options) {
   RunSettings settings = std::move(recorded);
   if (!settings.rigs.empty()) require_recorded_settings(options);

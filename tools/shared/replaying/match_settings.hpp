@@ -18,6 +18,9 @@ struct SettingsOptions {
 /// Error{bad_input} for invalid files.
 [[nodiscard]] RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options);
 
+/// Those that the recording or, of lbea-record, a recorded state of the matcher names; none: one model.
+[[nodiscard]] std::vector<ComponentSettings> recorded_components(const RunSettings& recorded, const std::string& file);
+
 /// With fit, a frame is matched with what the earlier ones of its test have shown, one after the other, unless the run
 /// did not.
 [[nodiscard]] inline bool has_history(const RunSettings& settings) noexcept {

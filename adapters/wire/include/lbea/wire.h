@@ -187,6 +187,7 @@ typedef struct lbea_wire_result {
   uint32_t total_ns;               /**< publish_ns - receive_ns */
   uint32_t rig_count;              /**< 0: one rig */
   const lbea_wire_rig_frame* rigs; /**< the frames that this result answers */
+  const char* component; /**< with several models: by which one; "" with one, and for results of the whole frame */
 } lbea_wire_result;
 
 typedef struct lbea_wire_chance {
@@ -296,7 +297,8 @@ LBEA_API lbea_wire_status lbea_wire_receiver_get_receipt(const lbea_wire_receive
                                                          lbea_wire_receipt* receipt);
 LBEA_API lbea_wire_status lbea_wire_receiver_get_matcher(const lbea_wire_receiver* receiver,
                                                          lbea_wire_matcher* matcher);
-/** NULL for an index out of range, and when the latest result is of another model. Valid until the next receive. */
+/** Of the latest result's model. NULL for an index out of range, and when the matcher has another model. Valid until
+ * the next receive. */
 LBEA_API const char* lbea_wire_receiver_simulation_name(const lbea_wire_receiver* receiver, uint32_t simulation);
 LBEA_API void lbea_wire_receiver_close(lbea_wire_receiver* receiver);
 
