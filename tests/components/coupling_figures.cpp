@@ -1,8 +1,8 @@
 // The figures of docs/evaluation.md about several components: how often a wrong simulation is named by each half of a
 // component alone, and by both together. The tests are runs that are in the ensemble.
 //   coupling_figures ensemble.toml sensor.json FOLDER CUT GAP [TESTS [EVERY]]
-// CUT: where x divides the component, GAP: width of what belongs to neither half and is not in the frames, in the
-// length unit. FOLDER keeps both models.
+// CUT: x=200, where the plane is that divides the component, GAP: width of what belongs to neither half and is not in
+// the frames, in the length unit. FOLDER keeps both models.
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/rig/counter_random.hpp"
@@ -183,9 +183,12 @@ int main(int count, char** arguments) {
   setup.rig = io::read_sensor_json(arguments[2]);
   const std::filesystem::path folder = arguments[3];
   std::filesystem::create_directories(folder);
-  const auto cut = static_cast<float>(std::atof(arguments[4])), gap = static_cast<float>(std::atof(arguments[5]));
+  const std::string plane = arguments[4];
+  const auto axis = static_cast<std::size_t>(plane.at(0) - 'x');
+  if (axis > 2 || plane.size() < 3) return 2;
+  const auto cut = static_cast<float>(std::atof(plane.c_str() + 2)), gap = static_cast<float>(std::atof(arguments[5]));
   setup.are_apart = std::string(arguments[5]) == "apart";
-  setup.cuts = {{0, -INFINITY, cut - gap / 2}, {0, cut + gap / 2, INFINITY}};
+  setup.cuts = {{axis, -INFINITY, cut - gap / 2}, {axis, cut + gap / 2, INFINITY}};
   setup.models.push_back(half(setup, folder / "rear.lbea", setup.cuts[0]));
   setup.models.push_back(half(setup, folder / "front.lbea", setup.cuts[1]));
   for (std::size_t c = 0; c < 2; ++c)
