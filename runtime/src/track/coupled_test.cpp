@@ -5,25 +5,6 @@
 namespace lbea {
 namespace {
 
-void require(bool holds, const char* name, float value, const char* range) {
-  if (!holds)
-    throw Error(Status::bad_config,
-                std::string("tracker configuration: ") + name + " is " + std::to_string(value) + "; give " + range);
-}
-
-void check(const TrackerConfig& config) {
-  require(config.sharpness > 0 && std::isfinite(config.sharpness), "sharpness", config.sharpness, "a positive number");
-  require(config.noise >= 0 && std::isfinite(config.noise), "noise", config.noise, "a length, or 0 for the default");
-  require(config.persistence >= 0 && config.persistence < 1, "persistence", config.persistence,
-          "a share from 0 to below 1");
-  require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
-}
-
-TrackerConfig checked(const TrackerConfig& config) {
-  check(config);
-  return config;
-}
-
 std::vector<ComponentOfTest> components_of(std::span<TrackedComponent> tracked, const TrackerConfig& config) {
   const Model first = tracked.front().model;
   std::vector<ComponentOfTest> components;
@@ -39,7 +20,7 @@ std::span<double> of(const ProbabilityBlock& block, std::vector<double>& per_sam
 }  // namespace
 
 CoupledTest::CoupledTest(std::span<TrackedComponent> components, const TrackerConfig& config)
-    : components_(components_of(components, checked(config))),
+    : components_(components_of(components, config)),
       probabilities_(model()),
       likelihood_(model().samples()),
       sum_(components_.size() > 1 ? model().samples() : 0) {

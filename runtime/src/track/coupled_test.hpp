@@ -10,8 +10,7 @@ namespace lbea {
 
 class CoupledTest {
  public:
-  /// Throws Error{bad_config} with the offending value. `components`: at least one, with the same runs; they are moved
-  /// from.
+  /// `config` must be valid. `components`: at least one, with the same runs; they are moved from.
   CoupledTest(std::span<TrackedComponent> components, const TrackerConfig& config);
   /// results: one per component; those that are absent are as refused ones.
   void update(std::span<const MatchResult> results) noexcept;

@@ -3,6 +3,20 @@
 namespace lbea {
 namespace {
 
+void require(bool holds, const char* name, float value, const char* range) {
+  if (!holds)
+    throw Error(Status::bad_config,
+                std::string("tracker configuration: ") + name + " is " + std::to_string(value) + "; give " + range);
+}
+
+void check(const TrackerConfig& config) {
+  require(config.sharpness > 0 && std::isfinite(config.sharpness), "sharpness", config.sharpness, "a positive number");
+  require(config.noise >= 0 && std::isfinite(config.noise), "noise", config.noise, "a length, or 0 for the default");
+  require(config.persistence >= 0 && config.persistence < 1, "persistence", config.persistence,
+          "a share from 0 to below 1");
+  require(config.change >= 0 && config.change <= 1, "change", config.change, "a share from 0 to 1");
+}
+
 void require_same_runs(std::span<const TrackedComponent> components) {
   if (components.empty()) throw Error(Status::bad_config, "the tracker of a test needs at least one component");
   for (const TrackedComponent& component : components.subspan(1))
@@ -19,6 +33,7 @@ struct Tracker::State {
 };
 
 Tracker::Tracker(Model model, const TrackerConfig& config, SensorViews views) {
+  check(config);
   TrackedComponent only{std::move(model), std::move(views)};
   state_.reset(new State{CoupledTest({&only, 1}, config)});
 }
@@ -37,6 +52,7 @@ struct ComponentTracker::State {
 };
 
 ComponentTracker::ComponentTracker(std::vector<TrackedComponent> components, const TrackerConfig& config) {
+  check(config);
   require_same_runs(components);
   state_.reset(new State{CoupledTest(components, config)});
 }
