@@ -30,8 +30,9 @@ std::string surplus(const Model& first, const Model& second) {
   for (std::uint32_t s = 0; s < first.samples(); ++s) {
     const Sample sample = first.sample(s);
     const std::string_view run = first.simulation_name(sample.simulation);
+    const bool is_first = s == 0 || first.sample(s - 1).simulation != sample.simulation;
     std::string what;
-    if (find(first, run, sample.simulation + 1) != sample.simulation)
+    if (is_first && find(first, run, sample.simulation + 1) != sample.simulation)
       what = "two runs of one of the models are named ";
     else if (numbers[sample.simulation] == second.simulations())
       what = "only one of the models has the run ";

@@ -244,6 +244,7 @@ void rigs_are_matched_together(const char* left, const char* right, const char* 
     lbea_wire_result result = {0};
     result.struct_size = sizeof result;
     CHECK(lbea_wire_receiver_receive(run.receiver, patience_ms, &result) == LBEA_WIRE_OK);
+    CHECK(result.component[0] == '\0');
     CHECK(result.rig_count == 2 && result.frame_id == (uint64_t)c && result.session == ~tallies[0].session);
     for (uint32_t rig = 0; rig < result.rig_count; ++rig) {
       const lbea_wire_rig_frame* frame = &result.rigs[rig];
