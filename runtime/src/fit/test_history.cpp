@@ -40,7 +40,11 @@ void HistoryState::see(SurfaceFitter& fitter) noexcept {
 
 void HistoryState::add(const EarlierShape& shape, const TimeBelief& time) noexcept {
   shapes.add(shape);
-  clock.add(shape.stamp_ns, {time.mean_s - impact_s, time.variance});
+  add_time(time);
+}
+
+void HistoryState::add_time(const TimeBelief& time) noexcept {
+  clock.add(stamp_ns, {time.mean_s - impact_s, time.variance});
 }
 
 void HistoryState::write_time(std::int64_t at_ns, FitNumbers& numbers) const noexcept {

@@ -25,6 +25,10 @@ struct LBEA_HIDDEN HistoryState {
   void begin(std::int64_t at_ns, bool may_be_undeformed) noexcept { clock.begin(at_ns, may_be_undeformed); }
   /// What a frame that a simulation explains shows is evidence for later ones. time: of the samples, in theirs.
   void add(const EarlierShape& shape, const TimeBelief& time) noexcept;
+  /// The same of the time of the frame alone.
+  void add_time(const TimeBelief& time) noexcept;
+  /// At the frame.
+  [[nodiscard]] TimeBelief since_impact() const noexcept { return clock.since_impact(stamp_ns); }
   /// The time since the impact, at a stamp.
   void write_time(std::int64_t at_ns, FitNumbers& numbers) const noexcept;
 

@@ -6,9 +6,12 @@ namespace {
 
 constexpr double most_apart = 0.1;  // durations of a simulation: frames farther from the latest one are of another time
 
-/// Of stamps; wraps around.
+// Of stamps; they wrap around.
 std::int64_t sum(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+std::int64_t difference(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
 
 void add(const PointTally& of_rig, PointTally& points) noexcept {
@@ -27,9 +30,10 @@ void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
     histories[rig].pose = poses_before[rig];  // another frame of the rig in the same capture: the last one counts
   else
     poses_before[rig] = histories[rig].pose;
-  captures[rig] = {frame.id, frame.stamp_ns, frame.points, true};
   MatchResult alone;
-  matcher.begin_frame(frame, &histories[rig]);
+  matcher.begin_frame(frame, &histories[rig]);  // by the rig's own clock
+  frame.stamp_ns = sum(frame.stamp_ns, corrections_ns[rig]);
+  captures[rig] = {frame.id, frame.stamp_ns, frame.points, true};
   bool is_indexed = false;
   do {
     is_indexed = matcher.index_points(frame, alone);
@@ -47,10 +51,14 @@ void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
 MatchResult RigMatcher::State::combine() noexcept {
   MatchResult result;
   result.status = Status::empty_frame;
+  begin_capture(result);
+  compare_clocks();
+  find_latest();
   choose_evidence(result);
   if (used == 0) return result;
   Stopwatch watch;
-  FrameExpectation expected = histories[lead].expectation();
+  joint_history.begin_frame(result.stamp_ns);
+  FrameExpectation expected = joint_history.expectation();
   if (expected.is_first && !may_be_undeformed()) expected.latest = {};
   do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
   if (is_contradicted()) result.fit.error_90 = FitNumbers{}.error_90;
@@ -69,7 +77,7 @@ bool RigMatcher::State::move_poses() noexcept {
     Matcher::State& matcher = *matchers[rig];
     if (!results[rig].is_used || matcher.pose == nullptr) continue;
     matcher.pose->reconsider(poses_before[rig]);  // a frame is one measurement, however often it is matched
-    const double since_impact = fitter.time().mean_s - histories[rig].impact_s;
+    const double since_impact = fitter.time().mean_s - joint_history.impact_s;
     const PoseBelief posterior = fitter.pose_of(evidence[captures[rig].place], matcher.pose->prior());
     if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact)) continue;
     MatchResult alone;
@@ -101,7 +109,6 @@ bool RigMatcher::State::is_contradicted() const noexcept {
 /// component, or what hides this one. Nor are frames of another time than the latest one.
 void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   constexpr float nearly = 0.8f;
-  begin_capture(result);
   float shown = 0;  // by explained frames
   for (std::size_t rig = 0; rig < matchers.size(); ++rig)
     if (is_explained(rig) && is_in_time(rig)) shown = std::max(shown, results[rig].coverage);
@@ -118,8 +125,7 @@ void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   result.stamp_ns = captures[lead].stamp_ns;
 }
 
-/// Adds up points and times. The latest of the frames that a simulation explains, or of all if there are none, tells
-/// the time.
+/// Adds up points and times.
 void RigMatcher::State::begin_capture(MatchResult& result) noexcept {
   for (std::size_t rig = matchers.size(); rig-- > 0;) {
     if (captures[rig].has_frame)
@@ -132,6 +138,36 @@ void RigMatcher::State::begin_capture(MatchResult& result) noexcept {
     result.elapsed_ns.index += captures[rig].times.index;
     result.elapsed_ns.fit += captures[rig].times.fit;
   }
+}
+
+/// Every rig sees the same impact: the first rig's clock is the common one.
+void RigMatcher::State::compare_clocks() noexcept {
+  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
+    HistoryState& own = histories[rig];
+    if (is_explained(rig)) own.add_time(fitter_of(rig).time());
+    const std::int64_t before_ns = std::exchange(corrections_ns[rig], correction_ns(rig));
+    captures[rig].stamp_ns = sum(captures[rig].stamp_ns, difference(corrections_ns[rig], before_ns));
+    if ((corrections_ns[rig] == 0) != (before_ns == 0)) own.shapes.reset();  // they were of another time
+  }
+}
+
+/// As before, if one of the rigs has not seen the impact. Clocks are regarded as synchronized if they differ by less
+/// than the interval between states or by less than what the frames tell. Impacts that are farther apart than a
+/// simulation lasts are not the same one.
+std::int64_t RigMatcher::State::correction_ns(std::size_t rig) const noexcept {
+  constexpr double least_deviations = 2, ns_per_s = 1e9;
+  const TimeBelief first = histories[0].since_impact(), own = histories[rig].since_impact();
+  if (!(first.variance > 0) || !(own.variance > 0)) return corrections_ns[rig];
+  const double apart_s = seconds_between(histories[rig].stamp_ns, histories[0].stamp_ns);
+  const double behind_s = apart_s + own.mean_s - first.mean_s;
+  const double deviation_s = std::sqrt(std::max(first.variance, own.variance));
+  const double least_s = std::max(times.interval_s, least_deviations * deviation_s);
+  if (std::abs(behind_s) < least_s || std::abs(behind_s) > times.duration_s) return 0;
+  return std::llround(ns_per_s * behind_s);
+}
+
+/// The latest of the frames that a simulation explains, or of all if there are none, tells the time.
+void RigMatcher::State::find_latest() noexcept {
   bool any_explained = false;
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) any_explained = any_explained || is_explained(rig);
   latest_ns = std::numeric_limits<std::int64_t>::min();
@@ -140,20 +176,33 @@ void RigMatcher::State::begin_capture(MatchResult& result) noexcept {
 }
 
 bool RigMatcher::State::is_in_time(std::size_t rig) const noexcept {
-  return !(duration_s > 0) || seconds_between(captures[rig].stamp_ns, latest_ns) <= most_apart * duration_s;
+  const bool is_late = seconds_between(captures[rig].stamp_ns, latest_ns) > most_apart * times.duration_s;
+  return !(times.duration_s > 0) || (!is_late && !awaits_impact(rig));
+}
+
+/// Whether another rig saw the impact some time ago, so that the rig's clock seems to be behind. If it goes on like
+/// that, something hides the deformation from it.
+bool RigMatcher::State::awaits_impact(std::size_t rig) const noexcept {
+  constexpr double least_intervals = 3, most_of_duration = 0.4;
+  if (histories[rig].since_impact().variance > 0) return false;
+  return std::ranges::any_of(histories, [this](const HistoryState& other) {
+    const double passed_s = other.since_impact().mean_s;
+    return passed_s > least_intervals * times.interval_s && passed_s < most_of_duration * times.duration_s;
+  });
 }
 
 void RigMatcher::State::remember(MatchResult& result) noexcept {
   const bool is_evidence = result.status == Status::ok && fitter.is_explained() && !is_contradicted();
+  EarlierShape shown = shape_shown(result.stamp_ns, fitter.estimate(), result.fit.error_90, result.fit.spread);
+  if (fitter.verdict() != Verdict::unknown) joint_history.begin(result.stamp_ns, may_be_undeformed());
+  if (is_evidence) joint_history.add(shown, fitter.time());
+  joint_history.write_time(result.stamp_ns, result.fit);
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
     if (results[rig].is_used) histories[rig].see(fitter_of(rig));
     if (results[rig].is_used && matchers[rig]->pose != nullptr) matchers[rig]->pose->write(results[rig]);
-    if (fitter.verdict() != Verdict::unknown) histories[rig].begin(result.stamp_ns, may_be_undeformed());
-    if (is_evidence)
-      histories[rig].add(shape_shown(result.stamp_ns, fitter.estimate(), result.fit.error_90, result.fit.spread),
-                         fitter.time());
+    shown.stamp_ns = difference(result.stamp_ns, corrections_ns[rig]);
+    if (is_evidence && !awaits_impact(rig)) histories[rig].shapes.add(shown);
   }
-  histories[lead].write_time(result.stamp_ns, result.fit);
 }
 
 void RigMatcher::State::publish(MatchResult& result) noexcept {
@@ -185,15 +234,18 @@ void RigMatcher::fix_poses() noexcept {
   }
   state_->begin_capture_anew();
 }
-void RigMatcher::set_impact(std::int64_t stamp_ns) noexcept {
-  for (HistoryState& history : state_->histories) history.clock.set_impact(stamp_ns);
-}
+void RigMatcher::set_impact(std::int64_t stamp_ns) noexcept { state_->joint_history.clock.set_impact(stamp_ns); }
 RigidTransform RigMatcher::pose_correction(std::size_t rig) const noexcept {
   return rig < state_->histories.size() ? state_->histories[rig].pose.transform() : identity_transform;
 }
 void RigMatcher::reset() noexcept {
   for (HistoryState& history : state_->histories) history.reset();
+  state_->joint_history.reset();
+  std::ranges::fill(state_->corrections_ns, 0);
   state_->begin_capture_anew();
+}
+std::int64_t RigMatcher::clock_correction_ns(std::size_t rig) const noexcept {
+  return rig < state_->corrections_ns.size() ? state_->corrections_ns[rig] : 0;
 }
 const Model& RigMatcher::model() const noexcept { return state_->matchers.front()->model; }
 

@@ -15,7 +15,11 @@ struct RigMatcher::State {
   [[nodiscard]] MatchResult combine() noexcept;
   void choose_evidence(MatchResult& result) noexcept;
   void begin_capture(MatchResult& result) noexcept;
+  void compare_clocks() noexcept;
+  [[nodiscard]] std::int64_t correction_ns(std::size_t rig) const noexcept;
+  void find_latest() noexcept;
   [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
+  [[nodiscard]] bool awaits_impact(std::size_t rig) const noexcept;
   [[nodiscard]] bool move_poses() noexcept;
   [[nodiscard]] bool may_be_undeformed() const noexcept;
   [[nodiscard]] bool is_contradicted() const noexcept;
@@ -43,14 +47,15 @@ struct RigMatcher::State {
   };
 
   std::vector<SensorViews> views;
-  std::vector<std::unique_ptr<Matcher::State>> matchers;  // per rig, as the next four
-  std::vector<HistoryState> histories;
-  std::vector<PoseFilter> poses_before;  // the frame
+  std::vector<std::unique_ptr<Matcher::State>> matchers;  // per rig, as the next six
+  std::vector<HistoryState> histories;                    // stamps by the rig's own clock
+  std::vector<PoseFilter> poses_before;                   // the frame
   std::vector<Capture> captures;
   std::vector<RigResult> results;
-  std::vector<std::int64_t> offsets_ns;
+  std::vector<std::int64_t> offsets_ns, corrections_ns;
   std::vector<RigEvidence> evidence;
-  double duration_s;               // of a simulation; 0: not known
+  EnsembleTimes times;
+  HistoryState joint_history;      // by the common clock; its pose is not used
   std::int64_t latest_ns = 0;      // stamp of the capture's latest frame
   std::size_t used = 0, lead = 0;  // number of rigs that the result rests on; the first of them
   JointFitter fitter;

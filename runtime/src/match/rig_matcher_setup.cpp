@@ -37,8 +37,10 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
     : views(views_of(rigs, model)),
       captures(rigs.size()),
       results(rigs.size()),
+      corrections_ns(rigs.size()),
       evidence(rigs.size()),
-      duration_s(EnsembleTimes::of(model.view()).duration_s),
+      times(EnsembleTimes::of(model.view())),
+      joint_history(model.view(), units_per_mm(model.length_unit()), views.front().data()),
       fitter(model.view(), common_regression(views), views.front().data()->metric.mesh_noise, rigs.size(),
              config.max_matches) {
   for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
