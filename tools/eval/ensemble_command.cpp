@@ -171,6 +171,10 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
                "the frames of the rigs given by --rig are not disturbed")
       ->needs(rig)
       ->group("An additional round of disturbed frames");
+  app.add_option("--clock-offset", arguments.plan.trial.clock_offset_ms,
+                 "ms that the clocks of the rigs given by --rig are behind, unknown to the matcher")
+      ->check(between(-1e6, 1e6))
+      ->needs(rig);
   declare_rounds(app, arguments.plan);
   app.add_flag("--meshes", arguments.meshes,
                "write the matched and estimated meshes of each unseen experiment for ParaView");

@@ -43,6 +43,9 @@ std::array<std::array<double, 3>, 2> box_of_samples(const Model& model) {
   return box;
 }
 
+std::int64_t nanoseconds(double seconds) { return std::llround(seconds * 1e9); }
+double seconds(std::int64_t nanoseconds) { return 1e-9 * static_cast<double>(nanoseconds); }
+
 struct Matchers {
   Matcher vtp, lbea, fit;
 };
@@ -54,6 +57,7 @@ struct TestRig {
   RigidTransform T_reference_sensor;
   std::optional<Point> hidden_place{};
   std::vector<Point> points{};  // of the current frame
+  std::int64_t stamp_ns = 0;    // the same
 };
 
 class Test {
@@ -94,7 +98,7 @@ class Test {
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
       reader_->read(step, state_);
       mesh_.positions(state_.positions, truth_);
-      for (std::size_t rig = 0; rig < rigs_.size(); ++rig) sense(rig, step);
+      for (std::size_t rig = rigs_.size(); rig-- > 0;) sense(rig, step);
       const std::span<const Point> points = rigs_.front().points;
       trial.frames.push_back(frame(step, points, matchers, tracker));
       keep_if_worst(trial.worst, trial.frames.back(), points);
@@ -123,9 +127,21 @@ class Test {
     if (!settings_.estimate_pose) rig_matcher_->fix_poses();
     if (settings_.knows_impact) rig_matcher_->set_impact(0);
   }
-  /// The current state.
+  /// Seconds since the impact.
+  [[nodiscard]] double time_s(std::uint32_t step) const {
+    return (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
+  }
+  /// What a rig sees in the capture of a state. The frames of rigs with other clocks are chosen by what the matcher
+  /// knows of these.
   void sense(std::size_t number, std::uint32_t step) {
     TestRig& rig = rigs_[number];
+    rig.stamp_ns = nanoseconds(time_s(step));
+    if (number > 0 && settings_.clock_offset_ms != 0) {
+      const std::int64_t behind_ns = nanoseconds(settings_.clock_offset_ms / 1000);
+      step = nearest_state(seconds(rig.stamp_ns + behind_ns - rig_matcher_->clock_correction_ns(number)));
+      rig.stamp_ns = nanoseconds(time_s(step)) - behind_ns;
+    }
+    reader_->read(step, state_);
     const std::uint64_t seed = bake::frame_seed(settings_.seed + number, step);
     rig.points = rig.sensor.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, rig.noise, seed);
     if (number > 0 && settings_.disturbs_first_rig_alone) return;
@@ -137,9 +153,17 @@ class Test {
       rig.points = tool::misplaced(std::move(rig.points), disturbance, share_of_pose_error(step),
                                    rig.T_reference_sensor, middle(model_.node_positions(0)), pose_seed() + number);
   }
+  [[nodiscard]] std::uint32_t nearest_state(double time) const {
+    std::uint32_t step = 0;
+    while (step + 1 < reader_->states() && time_s(step) + time_s(step + 1) < 2 * time) ++step;
+    return step;
+  }
   [[nodiscard]] MatchResult match_rigs(const Frame& first) {
     std::vector<Frame> frames(rigs_.size(), first);
-    for (std::size_t rig = 1; rig < rigs_.size(); ++rig) frames[rig].points = rigs_[rig].points;
+    for (std::size_t rig = 1; rig < rigs_.size(); ++rig) {
+      frames[rig].points = rigs_[rig].points;
+      frames[rig].stamp_ns = rigs_[rig].stamp_ns;
+    }
     return rig_matcher_->match(frames);
   }
   [[nodiscard]] RigidTransform pose_correction() const {
@@ -154,13 +178,13 @@ class Test {
   FrameTrial frame(std::uint32_t step, std::span<const Point> points, Matchers& matchers, Tracker& tracker) {
     FrameTrial row;
     row.step = step;
-    row.time_s = (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
+    row.time_s = time_s(step);
     row.points = points.size();
     row.errors.fill(not_measured);
     row.samples.fill(model_.samples());
     row.best = oracle(model_, truth_);
     row.own = model_.sample_index({own_simulation_, step});
-    const Frame frame{step, static_cast<std::int64_t>(std::llround(row.time_s * 1e9)), points};
+    const Frame frame{step, nanoseconds(row.time_s), points};
     const MatchResult by_vtp = matchers.vtp.match(frame), by_lbea = matchers.lbea.match(frame),
                       by_fit = rig_matcher_             ? match_rigs(frame)
                                : settings_.frames_alone ? matchers.fit.match(frame)
@@ -180,6 +204,8 @@ class Test {
                                      middle(model_.node_positions(0)), pose_seed());
     row.pose_deg = left.turn_deg;
     row.pose_error = left.shift;
+    if (rig_matcher_)
+      row.clock_error_ms = settings_.clock_offset_ms - 1000 * seconds(rig_matcher_->clock_correction_ns(1));
     row.vtp_ns = by_vtp.elapsed_ns;
     row.lbea_ns = by_lbea.elapsed_ns;
     return row;

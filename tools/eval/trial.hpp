@@ -63,6 +63,7 @@ struct FrameTrial : FrameNumbers {
   float simulation_probability = 0, branch_probability = 0;
   std::array<float, 3> leading_coordinates{};
   double pose_deg = not_measured, pose_error = not_measured;  // left after the estimate of the pose: about the middle
+  double clock_error_ms = not_measured;                       // of the second rig, after the frame
   StageTimes vtp_ns, lbea_ns, fit_ns;
   double icp_s = not_measured;
   FieldError field;  // of the model's first field
@@ -97,6 +98,7 @@ struct TrialSettings {
   io::SensorDescription sensor{};
   std::vector<io::SensorDescription> more_rigs{};  // whose frames are fitted together with the sensor's
   bool disturbs_first_rig_alone = false;
+  double clock_offset_ms = 0;  // that the clocks of these rigs are behind, unknown to the matcher
   Disturbance disturbance{};
   std::uint32_t first_step = 2, every = 1;
   std::uint32_t impact_step = 0;
