@@ -81,8 +81,8 @@ std::string frames_csv(const Evaluation& evaluation) {
   for (const auto name : evaluated_method_names) table.add(name);
   table.add("fit_is_own");
   for (const auto& number : fit_numbers) table.add(number.name);
-  table.add("pose_left_deg", "pose_left", "clock_left_ms", "tracked_probability", "branch_probability", "field_true", "field_matched",
-            "field_inferred");
+  table.add("pose_left_deg", "pose_left", "clock_left_ms", "tracked_probability", "branch_probability", "field_true",
+            "field_matched", "field_inferred");
   for (const auto name : bounded_names) table.add(std::string(name) + "_within_90", std::string(name) + "_bound_90");
   table.add("x1", "x2", "x3");
   const std::vector<std::string> channels = channel_heads(evaluation);
@@ -99,8 +99,8 @@ std::string frames_csv(const Evaluation& evaluation) {
         for (const double error : frame.errors) table.add(error);
         table.add(test.contained && frame.samples[static_cast<std::size_t>(EvaluatedMethod::fit)] == frame.own ? 1 : 0);
         for (const auto& number : fit_numbers) table.add(frame.fit.*number.value);
-        table.add(frame.pose_deg, frame.pose_error, frame.clock_error_ms, frame.simulation_probability, frame.branch_probability,
-                  frame.field.true_mean, frame.field.matched, frame.field.inferred);
+        table.add(frame.pose_deg, frame.pose_error, frame.clock_error_ms, frame.simulation_probability,
+                  frame.branch_probability, frame.field.true_mean, frame.field.matched, frame.field.inferred);
         for (const BoundCheck& check : frame.bounds) table.add(check.within, check.mean);
         for (const float x : frame.leading_coordinates) table.add(x);
         add_channels(table, frame, channels.size());
