@@ -28,14 +28,16 @@ struct ClockedRigs : TwoRigs {
   }
   /// The second rig's clock is behind; its frames are those that the matcher takes for simultaneous.
   MatchResult capture(RigMatcher& matcher, double ms, double behind_ms) const {
-    const double stamp_ms = ms - 1e-6 * static_cast<double>(matcher.clock_correction_ns(1));
+    const double stamp_ms = ms - 1e-6 * static_cast<double>(matcher.rigs()[1].clock_correction_ns);
     const auto above = seen_from(sensors[0], shape_at(ms));
     const auto below = seen_from(sensors[1], shape_at(stamp_ms + behind_ms));
     return matcher.match(std::vector<Frame>{at(ms, above), at(stamp_ms, below)});
   }
 };
 
-double correction_ms(const RigMatcher& matcher) { return 1e-6 * static_cast<double>(matcher.clock_correction_ns(1)); }
+double correction_ms(const RigMatcher& matcher) {
+  return 1e-6 * static_cast<double>(matcher.rigs()[1].clock_correction_ns);
+}
 
 }  // namespace
 
@@ -46,7 +48,7 @@ TEST_CASE("a clock that is behind or ahead is found by the impact, and results r
   for (const double behind_ms : {-6.0, -3.1, -1.2, 1.2, 3.1, 6.0}) {
     CAPTURE(behind_ms);
     matcher.reset();
-    CHECK(matcher.clock_correction_ns(1) == 0);
+    CHECK(matcher.rigs()[1].clock_correction_ns == 0);
     MatchResult result;
     double ms = -7;
     for (; ms < 14; ms += 0.77) result = two.capture(matcher, ms, behind_ms);
@@ -62,7 +64,7 @@ TEST_CASE("stamps of clocks that agree are not changed") {
   RigMatcher matcher = two.matcher();
   for (double ms = -2; ms < 14; ms += 0.77) {
     (void)two.capture(matcher, ms, 0);
-    CHECK(matcher.clock_correction_ns(1) == 0);
+    CHECK(matcher.rigs()[1].clock_correction_ns == 0);
     for (const RigResult& rig : matcher.rigs()) CHECK(rig.is_used);
   }
 }
@@ -77,7 +79,7 @@ TEST_CASE("a rig that does not see the impact counts again after two fifths of a
     const auto above = seen_from(two.sensors[0], two.shape_at(ms));
     const MatchResult result = matcher.match(std::vector<Frame>{at(ms, above), at(ms, below)});
     CHECK(result.status == Status::ok);
-    CHECK(matcher.clock_correction_ns(1) == 0);
+    CHECK(matcher.rigs()[1].clock_correction_ns == 0);
     CHECK(matcher.rigs()[0].is_used);
     if (ms < 1 || ms > 9) CHECK(matcher.rigs()[1].is_used);
     if (ms > 3 && ms < 7) CHECK_FALSE(matcher.rigs()[1].is_used);
@@ -92,12 +94,12 @@ TEST_CASE("frames without stamps, and rigs that begin late, leave the clocks alo
     const auto above = seen_from(two.sensors[0], two.shape_at(ms)), below = seen_from(two.sensors[1], two.shape_at(ms));
     const Frame of_second = ms > 3 ? at(0, below) : Frame{};
     (void)matcher.match(std::vector<Frame>{at(0, above), of_second});
-    CHECK(matcher.clock_correction_ns(1) == 0);
+    CHECK(matcher.rigs()[1].clock_correction_ns == 0);
   }
   matcher.reset();
   for (double ms = 0; ms < 10; ms += 0.77) {
     const auto above = seen_from(two.sensors[0], two.shape_at(ms)), below = seen_from(two.sensors[1], two.shape_at(ms));
     (void)matcher.match(std::vector<Frame>{at(ms, above), ms > 3 ? at(ms, below) : Frame{}});
-    CHECK(matcher.clock_correction_ns(1) == 0);
+    CHECK(matcher.rigs()[1].clock_correction_ns == 0);
   }
 }

@@ -55,6 +55,26 @@ TEST_CASE("a capture is complete when every rig has a frame in the window") {
   CHECK_FALSE(frames.grouping.deadline_ns());
 }
 
+// Until the impact shows that a clock is 3 ms behind or ahead, stamps that are equal make a capture.
+TEST_CASE("after the correction of a clock, captures consist of frames of the same time, and none is refused") {
+  for (const std::int64_t behind : {3000, -3000}) {
+    CAPTURE(behind);
+    Grouped frames;
+    std::size_t captures = 0;
+    for (std::int64_t time = 0; time < 40'000; time += 1000) {
+      const bool is_corrected = time > 20'000;
+      if (is_corrected) frames.grouping.correct_clocks(std::vector<std::int64_t>{0, behind * us});
+      CHECK(frames.add(0, time, time + 100));
+      CHECK(frames.add(1, time - behind, time + 200));
+      for (Stamps capture = frames.next(time + 200); !capture.empty(); capture = frames.next(time + 200)) {
+        ++captures;
+        if (time > 24'000) CHECK((capture.size() == 2 && capture[0] == capture[1]));
+      }
+    }
+    CHECK(captures > 36);
+  }
+}
+
 TEST_CASE("a rig that lags behind by less than the wait is in its captures") {
   Grouped frames;
   std::vector<Stamps> captures;

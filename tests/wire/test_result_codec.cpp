@@ -53,6 +53,7 @@ WireResult some_result() {
     frame.verdict = WireVerdict::no_simulation_fits;
     frame.points = {61, 1, 20, 40};
     frame.is_used = result.rigs.size() == 1;
+    frame.clock_correction_ns = 71 - 200 * static_cast<std::int64_t>(result.rigs.size());
   }
   result.elapsed_ns = {1, 2, {3, 4, 5, 6, 7, 9}, 8};
   result.counters.received = 1000;
@@ -123,7 +124,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
   }));
   CHECK(std::ranges::equal(a.rigs, b.rigs, [](const WireRigFrame& p, const WireRigFrame& q) {
     const auto others = [](const WireRigFrame& f) {
-      return std::tie(f.rig, f.session, f.frame_id, f.stamp_ns, f.status, f.verdict, f.is_used);
+      return std::tie(f.rig, f.session, f.frame_id, f.stamp_ns, f.status, f.verdict, f.is_used, f.clock_correction_ns);
     };
     return have_equal_bits<FitNumbers>(p, q) && have_equal_bits<FrameNumbers>(p, q) && others(p) == others(q) &&
            std::memcmp(&p.points, &q.points, sizeof p.points) == 0;

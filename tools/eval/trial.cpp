@@ -138,7 +138,7 @@ class Test {
     rig.stamp_ns = nanoseconds(time_s(step));
     if (number > 0 && settings_.clock_offset_ms != 0) {
       const std::int64_t behind_ns = nanoseconds(settings_.clock_offset_ms / 1000);
-      step = nearest_state(seconds(rig.stamp_ns + behind_ns - rig_matcher_->clock_correction_ns(number)));
+      step = nearest_state(seconds(rig.stamp_ns + behind_ns - rig_matcher_->rigs()[number].clock_correction_ns));
       rig.stamp_ns = nanoseconds(time_s(step)) - behind_ns;
     }
     reader_->read(step, state_);
@@ -205,7 +205,7 @@ class Test {
     row.pose_deg = left.turn_deg;
     row.pose_error = left.shift;
     if (rig_matcher_)
-      row.clock_error_ms = settings_.clock_offset_ms - 1000 * seconds(rig_matcher_->clock_correction_ns(1));
+      row.clock_error_ms = settings_.clock_offset_ms - 1000 * seconds(rig_matcher_->rigs()[1].clock_correction_ns);
     row.vtp_ns = by_vtp.elapsed_ns;
     row.lbea_ns = by_lbea.elapsed_ns;
     return row;

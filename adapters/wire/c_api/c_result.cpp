@@ -110,10 +110,19 @@ lbea_wire_result lbea_wire_receiver::to_c(const WireResult& from) {
     return lbea_wire_channel{c.name.c_str(), c.unit.c_str(), c.value, c.bound_90, c.end.value, c.end.bound_90};
   });
   list(from.rigs, rigs, to.rigs, to.rig_count, [](const WireRigFrame& f) {
-    return lbea_wire_rig_frame{
-        f.rig.c_str(), f.session,         f.frame_id,    f.stamp_ns, static_cast<lbea_wire_frame_status>(f.status),
-        verdict_of(f), f.is_used ? 1 : 0, f.points.used, f.coverage, f.misfit,
-        f.pose_turn,   f.pose_shift};
+    return lbea_wire_rig_frame{f.rig.c_str(),
+                               f.session,
+                               f.frame_id,
+                               f.stamp_ns,
+                               static_cast<lbea_wire_frame_status>(f.status),
+                               verdict_of(f),
+                               f.is_used ? 1 : 0,
+                               f.points.used,
+                               f.coverage,
+                               f.misfit,
+                               f.pose_turn,
+                               f.pose_shift,
+                               f.clock_correction_ns};
   });
   chances.clear();
   for (const SimulationChance& c : from.test.simulations) chances.push_back({c.simulation, c.probability});

@@ -212,6 +212,7 @@ struct WireRigFrame : FitNumbers, FrameNumbers {
   WireVerdict verdict = WireVerdict::unknown;  // by this frame alone
   PointTally points{};
   bool is_used = false;  // the capture's result rests on it
+  std::int64_t clock_correction_ns = 0;
 };
 
 /// That programs accept.

@@ -196,6 +196,7 @@ Offset<schema::RigFrame> build(FlatBufferBuilder& builder, const WireRigFrame& f
   const auto rig = builder.CreateString(frame.rig);
   const schema::PointTally points = build(frame.points);
   schema::RigFrameBuilder table(builder);
+  table.add_clock_correction_ns(frame.clock_correction_ns);
   table.add_stamp_ns(frame.stamp_ns);
   table.add_frame_id(frame.frame_id);
   table.add_session(frame.session);
@@ -221,6 +222,7 @@ WireRigFrame read(const schema::RigFrame& from) {
   frame.verdict = static_cast<WireVerdict>(from.verdict());
   frame.points = read(from.points());
   frame.is_used = from.is_used();
+  frame.clock_correction_ns = from.clock_correction_ns();
   return frame;
 }
 

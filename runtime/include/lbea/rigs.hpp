@@ -24,6 +24,10 @@ struct RigResult : FitNumbers, FrameNumbers {
   Verdict verdict = Verdict::unknown;
   PointTally points{};
   bool is_used = false;  // the joint result rests on it
+  /// Added to the rig's stamps beside Rig::clock_offset_ns, it gives those of the first rig's clock, by the impact that
+  /// both have seen in this test. 0 until then, and for clocks that differ by less than the interval between states or
+  /// by more than a simulation lasts.
+  std::int64_t clock_correction_ns = 0;
 };
 
 /// One per test stand. Owns all scratch memory and what the frames of the test have shown so far; see
@@ -56,10 +60,6 @@ class LBEA_API RigMatcher {
   void set_impact(std::int64_t stamp_ns) noexcept;
   /// The motion that corrects a rig's frames, in reference coordinates, after T_reference_sensor.
   [[nodiscard]] RigidTransform pose_correction(std::size_t rig) const noexcept;
-  /// Added to the rig's stamps beside Rig::clock_offset_ns, it gives those of the first rig's clock, by the impact that
-  /// both have seen in this test. 0 until then, and for clocks that differ by less than the interval between states: the
-  /// times that single frames show are no more certain.
-  [[nodiscard]] std::int64_t clock_correction_ns(std::size_t rig) const noexcept;
   /// The next capture is the first of another test.
   void reset() noexcept;
 

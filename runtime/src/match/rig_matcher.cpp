@@ -147,6 +147,7 @@ void RigMatcher::State::compare_clocks() noexcept {
     if (is_explained(rig)) own.add_time(fitter_of(rig).time());
     const std::int64_t before_ns = std::exchange(corrections_ns[rig], correction_ns(rig));
     captures[rig].stamp_ns = sum(captures[rig].stamp_ns, difference(corrections_ns[rig], before_ns));
+    results[rig].clock_correction_ns = corrections_ns[rig];
     if ((corrections_ns[rig] == 0) != (before_ns == 0)) own.shapes.reset();  // they were of another time
   }
 }
@@ -243,9 +244,6 @@ void RigMatcher::reset() noexcept {
   state_->joint_history.reset();
   std::ranges::fill(state_->corrections_ns, 0);
   state_->begin_capture_anew();
-}
-std::int64_t RigMatcher::clock_correction_ns(std::size_t rig) const noexcept {
-  return rig < state_->corrections_ns.size() ? state_->corrections_ns[rig] : 0;
 }
 const Model& RigMatcher::model() const noexcept { return state_->matchers.front()->model; }
 

@@ -143,6 +143,7 @@ nlohmann::json Health::rig_reports(Clock::time_point now) const {
       report["last_frame_ms"] = age_ms(rig->second.last_frame, now);
       report["coverage"] = frame.coverage;
       report["is_used"] = frame.is_used;
+      report["clock_correction_ms"] = static_cast<double>(frame.clock_correction_ns) * 1e-6;
       report["verdict"] = wire::to_string(frame.verdict);
       report["pose_turn"] = frame.pose_turn;  // NaN becomes null
       report["pose_shift"] = frame.pose_shift;

@@ -153,11 +153,12 @@ export class HealthBar {
     this.latency(health.latency);
   }
   /// One of several rigs: rate or age, coverage, the pose error that is corrected, and whether results rest on it.
-  rig({ rate, last_frame_ms, coverage, is_used, pose_turn, pose_shift, clock_offset_ms, counters }) {
+  rig({ rate, last_frame_ms, coverage, is_used, pose_turn, pose_shift, clock_offset_ms, clock_correction_ms, counters }) {
     const isSilent = last_frame_ms === null || last_frame_ms >= silentRig, words = [isSilent ? this.age(last_frame_ms) : `${rate.toFixed(0)} /s`];
     if (!isSilent) words.push(`${(100 * coverage).toFixed(0)} % covered`, is_used ? "used" : "NOT used");
     if (typeof pose_shift === "number") words.push(`pose off ${pose_shift.toFixed(1)}, ${pose_turn.toFixed(2)}°`);
     if (clock_offset_ms) words.push(`clock ${clock_offset_ms > 0 ? "+" : ""}${clock_offset_ms} ms`);
+    if (clock_correction_ms) words.push(`clock ${Math.abs(clock_correction_ms).toFixed(1)} ms ${clock_correction_ms > 0 ? "behind" : "ahead"}, corrected`);
     if (counters.dropped > 0) words.push(`${counters.dropped.toLocaleString("en")} dropped`);
     const isBad = isSilent || !is_used || counters.dropped > 0;
     return [`${words.join(", ")}${isBad ? " !" : ""}`, isBad];

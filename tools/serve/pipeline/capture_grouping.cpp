@@ -35,23 +35,23 @@ bool RigLag::add(const WaitingFrame& frame, std::int64_t most_ns) noexcept {
   return true;
 }
 
-void CaptureGrouping::add(const WaitingFrame& frame) {
+void CaptureGrouping::add(WaitingFrame frame) {
   Rig& rig = rigs_[frame.rig];
   if (!rig.lag.add(frame, config_.wait.count())) return refused_.push_back(frame);
+  frame.stamp_ns += rig.shift_ns;
   note(rig, frame);
   rig.is_expected = keeps_step(rig, frame.receive_ns);
   if (!rig.is_expected)
     for (const WaitingFrame& waiting : std::exchange(rig.waiting, {})) refused_.push_back(waiting);
-  const bool was_overtaken =
-      matched_until_ns_ && frame.stamp_ns < *matched_until_ns_ && *matched_until_ns_ - frame.stamp_ns < second_ns;
-  if (!rig.is_expected || was_overtaken) return refused_.push_back(frame);
+  if (!rig.is_expected || was_overtaken(frame)) return refused_.push_back(frame);
   rig.waiting.insert(std::ranges::upper_bound(rig.waiting, frame.stamp_ns, {}, &WaitingFrame::stamp_ns), frame);
 }
 
 /// Not if the rig's clock was set back.
 bool CaptureGrouping::was_overtaken(const WaitingFrame& frame) const noexcept {
   if (!matched_until_ns_ || frame.stamp_ns >= *matched_until_ns_) return false;
-  const std::int64_t late_ns = frame.receive_ns - frame.stamp_ns - rigs_[frame.rig].lag.at(frame.receive_ns);
+  const Rig& rig = rigs_[frame.rig];
+  const std::int64_t late_ns = frame.receive_ns - (frame.stamp_ns - rig.shift_ns) - rig.lag.at(frame.receive_ns);
   return *matched_until_ns_ - frame.stamp_ns < second_ns || late_ns > config_.wait.count();
 }
 
@@ -154,6 +154,17 @@ std::optional<std::int64_t> CaptureGrouping::deadline_ns() const noexcept {
       first =
           std::min(first.value_or(std::numeric_limits<std::int64_t>::max()), frame.receive_ns + config_.wait.count());
   return first;
+}
+
+void CaptureGrouping::correct_clocks(std::span<const std::int64_t> corrections_ns) noexcept {
+  const std::int64_t least_ns = std::ranges::min(corrections_ns);
+  for (std::size_t i = 0; i < rigs_.size(); ++i) {
+    Rig& rig = rigs_[i];
+    const std::int64_t change_ns = corrections_ns[i] - least_ns - rig.shift_ns;
+    rig.shift_ns += change_ns;
+    rig.latest_stamp_ns += change_ns;
+    for (WaitingFrame& frame : rig.waiting) frame.stamp_ns += change_ns;
+  }
 }
 
 void CaptureGrouping::begin_test() noexcept {

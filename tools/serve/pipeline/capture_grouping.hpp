@@ -54,7 +54,10 @@ class CaptureGrouping {
       : config_(config), queue_slots_(queue_slots), rigs_(rigs) {}
   /// The frame may be out of step, so that it belongs to no capture: its rig's lag differs by more than the wait from
   /// that of the leading rig, its stamp is suddenly ahead of the rig's others, or a later capture is complete.
-  void add(const WaitingFrame& frame);
+  void add(WaitingFrame frame);
+  /// Per rig: added to its stamps, they give those of a common clock. Here they are those of the clock that is the most
+  /// ahead, so that none goes back.
+  void correct_clocks(std::span<const std::int64_t> corrections_ns) noexcept;
   /// The frames that have been found to be out of step since the last call.
   [[nodiscard]] std::vector<WaitingFrame> take_refused() noexcept { return std::exchange(refused_, {}); }
   /// Whether the captures so far have another clock, which differs by seconds more from this machine's.
@@ -76,6 +79,7 @@ class CaptureGrouping {
     std::vector<WaitingFrame> waiting;  // by stamp
     RigLag lag;
     std::int64_t latest_stamp_ns = 0, latest_receive_ns = 0;
+    std::int64_t shift_ns = 0;                             // added to its stamps
     std::int64_t interval_ns = 0, interval_before_ns = 0;  // between its latest stamps; 0: not known
     std::uint64_t captures = 0;                            // of this test that its frames are in
     bool has_sent = false;                                 // in this test

@@ -41,6 +41,7 @@ CaptureMatcher::CaptureMatcher(const PipelineConfig& config, RigEngine& engine, 
       queues_(queues),
       grouping_(config.rigs.size(), config.grouping, config.queue_slots),
       tests_(config.rigs.size(), config.sender_timeout),
+      corrections_ns_(config.rigs.size()),
       is_finished_(queues.frames.capacity()),
       threads_(config.rigs.size(), [&config](std::size_t thread) {
         if (config.on_matching_thread) config.on_matching_thread(static_cast<std::uint32_t>(thread));
@@ -132,6 +133,8 @@ void CaptureMatcher::match(std::span<const WaitingFrame> capture) noexcept {
   queues_.outcomes.publish();
   ++rounds_;
   for (const WaitingFrame& frame : capture) finish(frame.turn);
+  std::ranges::transform(engine_.rigs(), corrections_ns_.begin(), &RigResult::clock_correction_ns);
+  grouping_.correct_clocks(corrections_ns_);
 }
 
 /// Names and times.

@@ -74,9 +74,10 @@ class CaptureMatcher {
   PipelineQueues& queues_;
   CaptureGrouping grouping_;
   RigTests tests_;
-  std::uint64_t taken_ = 0, released_ = 0;  // turns
-  std::vector<bool> is_finished_;           // by turns
-  std::vector<std::uint64_t> ends_;         // turns of ends of streams, whose frames may still wait
+  std::vector<std::int64_t> corrections_ns_;  // per rig, of its clock
+  std::uint64_t taken_ = 0, released_ = 0;    // turns
+  std::vector<bool> is_finished_;             // by turns
+  std::vector<std::uint64_t> ends_;           // turns of ends of streams, whose frames may still wait
   std::uint64_t session_ = 0;  // of the test's results: the complement of its first frame's, so that it is no sender's
   std::int64_t matched_receive_ns_ = 0;  // the latest one of matched frames
   std::uint64_t captures_ = 0;

@@ -174,6 +174,7 @@ void fill_rig_frame(wire::WireRigFrame& frame, const RigResult& result) noexcept
   frame.verdict = to_wire(result.verdict);
   frame.points = result.points;
   frame.is_used = result.is_used;
+  frame.clock_correction_ns = result.clock_correction_ns;
 }
 
 MatchResult match_of(const Outcome& outcome) noexcept {

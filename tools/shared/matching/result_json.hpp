@@ -21,7 +21,8 @@ void add_details(Json& json, const wire::WireResult& result) {
                             {"coverage", frame.coverage},
                             {"misfit", frame.misfit},
                             {"pose_turn", frame.pose_turn},
-                            {"pose_shift", frame.pose_shift}});
+                            {"pose_shift", frame.pose_shift},
+                            {"clock_correction_ns", frame.clock_correction_ns}});
   for (const wire::WireChannel& channel : result.channels)
     json["channels"].push_back({{"name", channel.name},
                                 {"unit", channel.unit},

@@ -153,6 +153,8 @@ typedef struct lbea_wire_rig_frame {
   uint32_t points_used;
   float coverage, misfit;
   float pose_turn, pose_shift; /**< the pose error that is corrected: degrees, length unit; NaN: not estimated */
+  /** Added to stamp_ns beside the given offset, it gives the first rig's clock, by the impact that both have seen. */
+  int64_t clock_correction_ns;
 } lbea_wire_rig_frame;
 
 /** What the matcher found for one capture. With several rigs, session is that of the test, which is no sender's, and
