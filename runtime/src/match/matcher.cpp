@@ -82,13 +82,14 @@ void Matcher::State::search(MatchResult& result) noexcept {
   result.elapsed_ns.matching += watch.lap_ns();
 }
 
-void Matcher::State::fit(MatchResult& result) noexcept {
+void Matcher::State::fit(MatchResult& result, bool estimates_pose) noexcept {
   if (!fitter) return;
-  const PoseBelief prior = pose ? pose->prior() : PoseBelief{};
+  const bool has_pose = pose && estimates_pose;
+  const PoseBelief prior = has_pose ? pose->prior() : PoseBelief{};
   const FrameExpectation expectation = history ? history->expectation() : FrameExpectation{};
-  result.fit =
-      fitter->fit(index, best.ranked(),
-                  {pose ? &prior : nullptr, history ? &expectation : nullptr, history ? &history->hidden : nullptr});
+  result.fit = fitter->fit(
+      index, best.ranked(),
+      {has_pose ? &prior : nullptr, history ? &expectation : nullptr, history ? &history->hidden : nullptr});
   result.elapsed_ns.fit += watch.lap_ns();
   fitter->add_times(result.elapsed_ns);
 }

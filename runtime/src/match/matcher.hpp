@@ -41,7 +41,8 @@ struct Matcher::State {
   void correspond(MatchResult& result) noexcept;
   void project(MatchResult& result) noexcept;
   void search(MatchResult& result) noexcept;
-  void fit(MatchResult& result) noexcept;
+  /// estimates_pose: by this frame, if the history does.
+  void fit(MatchResult& result, bool estimates_pose = true) noexcept;
   /// Whether the frame moved the pose, so that it has to be matched again.
   [[nodiscard]] bool move_pose(MatchResult& result) noexcept;
   void remember(MatchResult& result) noexcept;

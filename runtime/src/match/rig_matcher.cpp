@@ -37,8 +37,8 @@ void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
   bool is_indexed = false;
   do {
     is_indexed = matcher.index_points(frame, alone);
-    if (is_indexed) matcher.fit(alone);
-  } while (is_indexed && matcher.move_pose(alone));
+    if (is_indexed) matcher.fit(alone, !poses_by_all[rig]);
+  } while (is_indexed && !poses_by_all[rig] && matcher.move_pose(alone));
   captures[rig].times = alone.elapsed_ns;
   results[rig] = {alone.fit, {}, alone.status, Verdict::unknown, alone.points, false};
   if (!is_indexed) return;
@@ -200,7 +200,8 @@ void RigMatcher::State::remember(MatchResult& result) noexcept {
   joint_history.write_time(result.stamp_ns, result.fit);
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
     if (results[rig].is_used) histories[rig].see(fitter_of(rig));
-    if (results[rig].is_used && matchers[rig]->pose != nullptr) matchers[rig]->pose->write(results[rig]);
+    if (is_indexed(rig) && matchers[rig]->pose != nullptr) matchers[rig]->pose->write(results[rig]);
+    poses_by_all[rig] = results[rig].is_used;
     shown.stamp_ns = difference(result.stamp_ns, corrections_ns[rig]);
     if (is_evidence && !awaits_impact(rig)) histories[rig].shapes.add(shown);
   }
@@ -243,6 +244,7 @@ void RigMatcher::reset() noexcept {
   for (HistoryState& history : state_->histories) history.reset();
   state_->joint_history.reset();
   std::ranges::fill(state_->corrections_ns, 0);
+  std::ranges::fill(state_->poses_by_all, false);
   state_->begin_capture_anew();
 }
 const Model& RigMatcher::model() const noexcept { return state_->matchers.front()->model; }

@@ -53,6 +53,7 @@ struct RigMatcher::State {
   std::vector<Capture> captures;
   std::vector<RigResult> results;
   std::vector<std::int64_t> offsets_ns, corrections_ns;
+  std::vector<std::uint8_t> poses_by_all;  // whether the frame's pose is estimated by the frames of all rigs alone
   std::vector<RigEvidence> evidence;
   EnsembleTimes times;
   HistoryState joint_history;      // by the common clock; its pose is not used

@@ -38,6 +38,7 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
       captures(rigs.size()),
       results(rigs.size()),
       corrections_ns(rigs.size()),
+      poses_by_all(rigs.size()),
       evidence(rigs.size()),
       times(EnsembleTimes::of(model.view())),
       joint_history(model.view(), units_per_mm(model.length_unit()), views.front().data()),
