@@ -72,9 +72,9 @@ class JointFitter {
   std::vector<Match> candidates_;
   std::vector<float> alone_;  // per candidate: residual without the cost
   std::vector<StateBetween> states_;
-  std::vector<RankedSample> of_rig_;  // the candidates at the time of a rig's frame
-  std::vector<float> gram_;
-  float cells_ = 0;  // that its means are over
+  std::vector<RankedSample> of_rig_;     // the candidates at the time of a rig's frame
+  std::vector<float> gram_, pose_gram_;  // pose_gram_: of the best of them
+  float cells_ = 0;                      // that its means are over
   ShapeEstimate estimate_;
   std::array<float, ShapeRegression::shape_scores> scores_{};  // predicted
   CandidateWeights weights_;
