@@ -164,6 +164,7 @@ TEST_CASE("two rigs: one result per capture; the recording is complete and gives
   }
   const Json audit = rigs.bench.inspect("run.mcap", 0);
   CHECK(audit["sessions"].size() == 2);
+  CHECK(audit["settings"]["rigs"][1]["name"] == "right");
   const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
   CAPTURE(replay.err);
   CHECK(replay.exit_code == 0);
@@ -225,6 +226,35 @@ TEST_CASE("results go on whatever one rig does, and say which rigs they rest on"
   CAPTURE(replay.err);
   CHECK(replay.exit_code == 0);
   CHECK(Json::parse(replay.out)["different"] == 0);
+}
+
+// The frames of different times were fitted together for the whole test.
+TEST_CASE("a rig whose clock is 3 ms ahead is found by the impact; then captures are of one time, also in the replay") {
+  Rigs rigs;
+  RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
+  constexpr std::int64_t ahead_ns = 4 * between_states_ns;
+  constexpr std::size_t before = 6;  // frames before the impact
+  const std::int64_t begin_ns = wall_clock_ns();
+  WireResult result;
+  for (std::size_t i = 0; i < before + states; ++i) {
+    const std::int64_t stamp_ns = begin_ns + static_cast<std::int64_t>(i) * between_states_ns;
+    const auto& points = clouds()[i < before ? 0 : i - before];
+    left.send(points, stamp_ns);
+    right.send(points, stamp_ns + ahead_ns);
+    result = rigs.next_of(i);
+  }
+  CHECK(used(result) == Names{"left", "right"});
+  CHECK(result.rigs[1].frame_id == result.rigs[0].frame_id);
+  CHECK(std::abs(result.rigs[1].clock_correction_ns + ahead_ns) < between_states_ns / 2);
+  CHECK(result.rigs[0].clock_correction_ns == 0);
+  left.end();
+  right.end();
+  rigs.receive_end();
+  CHECK(stop(*rigs.server) == 0);
+  CHECK(text_of(rigs.bench.file("serve.err")).find("rig right: by the impact, its clock is") != std::string::npos);
+  const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
+  CAPTURE(replay.err);
+  CHECK(replay.exit_code == 0);
 }
 
 // Regression: the replay took the last cloud of an id.

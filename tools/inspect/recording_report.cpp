@@ -27,6 +27,23 @@ Json sessions_json(const RunAudit& audit) {
   return sessions;
 }
 
+Json rigs_json(const RunSettings& settings) {
+  Json rigs = Json::array();
+  for (const RigSettings& rig : settings.rigs)
+    rigs.push_back(
+        {{"name", rig.name}, {"T_reference_sensor", rig.T_reference_sensor}, {"clock_offset_ns", rig.clock_offset_ns}});
+  return rigs;
+}
+
+Json components_json(const RunSettings& settings) {
+  Json components = Json::array();
+  for (const ComponentSettings& component : settings.components)
+    components.push_back({{"name", component.name},
+                          {"model_file", component.model_file},
+                          {"model_checksum", hexadecimal(component.model_checksum)}});
+  return components;
+}
+
 Json settings_json(const RunSettings& settings) {
   return {{"program", settings.program},
           {"model_file", settings.model_file},
@@ -34,7 +51,9 @@ Json settings_json(const RunSettings& settings) {
           {"method", settings.method},
           {"start_ns", settings.start_ns},
           {"trigger_ns", settings.matcher.trigger_ns},
-          {"T_reference_sensor", settings.matcher.T_reference_sensor}};
+          {"T_reference_sensor", settings.matcher.T_reference_sensor},
+          {"rigs", rigs_json(settings)},
+          {"components", components_json(settings)}};
 }
 
 Json channels_json(const mcap::FileCheck& file) {
@@ -116,6 +135,19 @@ Json report(const std::filesystem::path& file, const RunAudit& audit) {
           {"settings", settings_json(audit.settings)}};
 }
 
+void print_settings(const RunSettings& settings) {
+  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", printable(settings.program).c_str(),
+              printable(settings.model_file).c_str(), hexadecimal(settings.model_checksum).c_str(),
+              printable(settings.method).c_str());
+  for (const ComponentSettings& component : settings.components)
+    std::printf("  component %s: model %s, checksum %s\n", printable(component.name).c_str(),
+                printable(component.model_file).c_str(), hexadecimal(component.model_checksum).c_str());
+  for (const RigSettings& rig : settings.rigs)
+    std::printf("  rig %s at %.3f %.3f %.3f, clock offset %lld ns\n", printable(rig.name).c_str(),
+                static_cast<double>(rig.T_reference_sensor[3]), static_cast<double>(rig.T_reference_sensor[7]),
+                static_cast<double>(rig.T_reference_sensor[11]), static_cast<long long>(rig.clock_offset_ns));
+}
+
 void print_matcher(const RunAudit& audit) {
   const Json matcher = matcher_json(audit);
   if (matcher.is_null()) return;
@@ -164,9 +196,7 @@ void print_text(const std::filesystem::path& file, const RunAudit& audit) {
     std::printf("  %-12s %-20s %llu messages\n", printable(channel["topic"].get<std::string>()).c_str(),
                 printable(channel["schema"].get<std::string>()).c_str(),
                 number(channel["messages"].get<std::uint64_t>()));
-  std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", printable(audit.settings.program).c_str(),
-              printable(audit.settings.model_file).c_str(), hexadecimal(audit.settings.model_checksum).c_str(),
-              printable(audit.settings.method).c_str());
+  print_settings(audit.settings);
 }
 
 static Json to_json(const std::filesystem::path& fixed, const mcap::Recovery& done) {

@@ -38,6 +38,7 @@ ResultPublisher::ResultPublisher(const PipelineConfig& config, std::vector<const
       sink_(std::move(sink)),
       queues_(queues),
       undeformed_(tests_.size()),
+      logged_clocks_ns_(config.rigs.size()),
       state_(config.description),
       channels_(tests_.size()) {}
 
@@ -174,6 +175,21 @@ void ResultPublisher::note_frame() noexcept {
   if ((times_.are_wrong() && !were_wrong) || (times_.go_back() && !went_back))
     log_.note_wrong_times(result_.session, result_.frame_id, !times_.are_wrong());
   note_far_stamp();
+  note_clocks();
+}
+
+/// Not each refinement.
+void ResultPublisher::note_clocks() noexcept {
+  constexpr std::int64_t noted_ns = 1'000'000;
+  for (const wire::WireRigFrame& frame : result_.rigs) {
+    const auto rig = std::ranges::find(config_.rigs, frame.rig, &PipelineRig::name);
+    if (rig == config_.rigs.end()) continue;
+    std::int64_t& logged_ns = logged_clocks_ns_[static_cast<std::size_t>(rig - config_.rigs.begin())];
+    const std::int64_t behind_ns = frame.clock_correction_ns;
+    if ((behind_ns == 0) == (logged_ns == 0) && std::abs(behind_ns - logged_ns) < noted_ns) continue;
+    logged_ns = behind_ns;
+    log_.note_clock(rig->name, result_.session, result_.frame_id, static_cast<float>(behind_ns) * 1e-6f);
+  }
 }
 
 // Only the first frame of a sender: the distance hardly changes.

@@ -66,6 +66,7 @@ class ResultPublisher {
   void note_departed_points() noexcept;
   void note_frame() noexcept;
   void note_far_stamp() noexcept;
+  void note_clocks() noexcept;
   void add_times(const wire::WireTimes& times) noexcept;
   void publish_state() noexcept;
 
@@ -78,7 +79,8 @@ class ResultPublisher {
   std::vector<UndeformedCoverage> undeformed_;  // of each component
   DepartedPoints departed_;
   CaptureTimes times_;
-  std::optional<std::uint64_t> session_;  // of the latest matched frame
+  std::optional<std::uint64_t> session_;        // of the latest matched frame
+  std::vector<std::int64_t> logged_clocks_ns_;  // of each of several rigs
   wire::WireResult result_;
   StageTimes slowest_;  // of the components of the frame
   wire::WireState state_;

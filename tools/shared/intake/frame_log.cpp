@@ -60,6 +60,8 @@ void FrameLog::write(const Event& event) {
           "sender's clock?{}",
           event.ids.first, std::abs(event.number), event.number < 0 ? "before" : "after",
           far_stamps_.suppressed_text());
+  } else if (event.kind == Event::Kind::clock) {
+    write_clock(event);
   } else if (event.kind == Event::Kind::new_session) {
     if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {
@@ -67,6 +69,16 @@ void FrameLog::write(const Event& event) {
   } else {
     write_problem(event.status, event.ids);
   }
+}
+
+void FrameLog::write_clock(const Event& event) {
+  if (event.number == 0)
+    spdlog::info("capture {}: rig {}: its clock agrees with the first rig's again", event.ids.first, event.rig);
+  else
+    spdlog::warn(
+        "capture {}: rig {}: by the impact, its clock is {:.1f} ms {} the first rig's, which is corrected; synchronize "
+        "the clocks before the next test",
+        event.ids.first, event.rig, std::abs(event.number), event.number > 0 ? "behind" : "ahead of");
 }
 
 void FrameLog::write_refusal(IdRange ids) {

@@ -1,10 +1,12 @@
 // The operator's log while frames arrive: at most one line per kind of problem and second; and the log of the peers.
 #pragma once
 
-#include <functional>
 #include "adapters/wire/sockets/streams.hpp"
 #include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
+
+#include <functional>
+#include <string_view>
 
 namespace lbea::tool {
 
@@ -63,6 +65,10 @@ class FrameLog {
   void note_far_stamp(std::uint64_t session, std::uint64_t id, float after_s) noexcept {
     push({Event::Kind::far_stamp, wire::WireStatus::ok, session, {id, 1}, after_s});
   }
+  /// By the impact, the rig's clock is behind or ahead of the first rig's by so many ms. The name must remain valid.
+  void note_clock(std::string_view rig, std::uint64_t session, std::uint64_t id, float behind_ms) noexcept {
+    push({Event::Kind::clock, wire::WireStatus::ok, session, {id, 1}, behind_ms, rig});
+  }
 
   // Another thread.
   /// Logs what was noted since the last call.
@@ -81,18 +87,21 @@ class FrameLog {
       low_coverage,
       departed_points,
       wrong_times,
-      far_stamp
+      far_stamp,
+      clock
     };
     Kind kind = Kind::status;
     wire::WireStatus status = wire::WireStatus::ok;
     std::uint64_t session = 0;
     IdRange ids;
-    float number = 0;  // coverage, share, or seconds
+    float number = 0;        // coverage, share, seconds, or ms
+    std::string_view rig{};  // whose clock it is
   };
   void push(const Event& event) noexcept {
     if (!events_.push(event)) ++without_room_;
   }
   void write(const Event& event);
+  void write_clock(const Event& event);
   void write_refusal(IdRange ids);
   void write_problem(wire::WireStatus status, IdRange ids);
 
