@@ -27,6 +27,18 @@ AlignedBytes plates_in_order(const std::vector<std::size_t>& order, std::uint32_
   return AlignedBytes(folder / "plates.lbea");
 }
 
+/// Three runs that bend up, and three that bend down.
+AlignedBytes plates_up_and_down() {
+  const TemporaryFolder folder;
+  Ensemble ensemble = similar_plates(3, 8);
+  for (int run = 0; run < 3; ++run)
+    ensemble.runs.push_back({"down_" + std::to_string(run), {}, [run] {
+                               return std::make_unique<SyntheticSimulation>(bending_plate(-0.5 - 0.1 * run, 8));
+                             }});
+  bake_model(ensemble, bent_plates_description(), folder / "plates.lbea", with_views());
+  return AlignedBytes(folder / "plates.lbea");
+}
+
 /// What a frame is to a component, by the name of the run and the time step.
 using Residual = std::function<float(std::string_view run, std::uint32_t step)>;
 
@@ -255,6 +267,43 @@ TEST_CASE("each component has its own misfit and verdict") {
   CHECK(components.state(1).misfit == doctest::Approx(9));
   CHECK(components.state(0).verdict == Verdict::matched);
   CHECK(components.state(1).verdict == Verdict::no_simulation_fits);
+}
+
+TEST_CASE("what only other components tell of one is no verdict") {
+  const AlignedBytes bytes = plates_in_order({0, 1, 2, 3, 4, 5});
+  const Model model = Model::view(bytes.span());
+  ComponentTracker components({{model}, {model}});
+  for (std::uint32_t frame = 0; frame < 12; ++frame) {
+    const Evidence seen(model, like({"plate_2"}, step_at(frame))), hardly(model, like({"plate_5"}, step_at(frame)));
+    update(components, {seen.result, with_status(hardly.result, Status::low_coverage)});
+  }
+  CHECK(components.state(0).verdict == Verdict::matched);
+  CHECK(components.state(1).verdict == Verdict::unknown);
+  components.reset();
+  CHECK(components.state(0).verdict == Verdict::unknown);
+}
+
+// Rear and front of different runs were "matched" by the run of the one that told more.
+TEST_CASE("a component that shows another branch than the others is ambiguous") {
+  const AlignedBytes bytes = plates_up_and_down();
+  const Model model = Model::view(bytes.span());
+  REQUIRE(model.branches() == 2);
+  ComponentTracker components({{model}, {model}});
+  const auto play = [&](const std::string& run_of_second) {
+    components.reset();
+    for (std::uint32_t frame = 0; frame < 16; ++frame) {
+      const Evidence first(model, like({"plate_2"}, step_at(frame), 9)),
+          second(model, like({run_of_second}, step_at(frame), 1.95f));
+      update(components, {first.result, second.result});
+    }
+    CAPTURE(run_of_second);
+    CHECK(named(model, components.state(0)) == "plate_2");
+    CHECK(components.state(0).verdict == Verdict::matched);
+    return components.state(1).verdict;
+  };
+  CHECK(play("plate_2") == Verdict::matched);
+  CHECK(play("plate_1") == Verdict::matched);  // another run of the branch
+  CHECK(play("down_1") == Verdict::ambiguous);
 }
 
 TEST_CASE("any number of frames before the impact counts as one for each component") {

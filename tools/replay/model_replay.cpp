@@ -66,7 +66,8 @@ class ResultOutput {
     const std::string of = components_.size() > 1 ? ", " + component.name : "";
     if (answer.state().frames > 0 && comparison_ == nullptr && !options_.json)
       std::printf("test%s: %s\n", printable(of).c_str(), printable(answer_text(answer.state(), names)).c_str());
-    if (const std::string warning = answer.warning(); !warning.empty()) spdlog::warn(warning);
+    const std::string prefix = components_.size() > 1 ? component.name + ": " : "";
+    if (const std::string warning = answer.warning(); !warning.empty()) spdlog::warn("{}{}", prefix, warning);
   }
   void compare(const wire::WireResult& result) {
     const auto difference = comparison_->compare(result);
@@ -167,7 +168,10 @@ std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>
   for (const ComponentSettings& component : recorded) {
     names += (names.empty() ? "" : ", ") + component.name;
     const auto found = std::ranges::find(given, component.name, &ComponentModel::name);
-    if (found != given.end()) ordered.push_back(*found);
+    if (found == given.end()) continue;
+    ordered.push_back(*found);
+    if (ordered.size() > 1 && component.model_checksum != found->model.checksum())
+      spdlog::info("component {} was matched with another model ({})", component.name, component.model_file);
   }
   if (ordered.size() != recorded.size() || ordered.size() != given.size())
     throw Error(Status::bad_config, options.settings.recording + ": was matched with " +
@@ -176,9 +180,22 @@ std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>
   return ordered;
 }
 
-bool match_components(RecordedRun& run, const Part& part, const ModelReplayOptions& options,
-                      const RunSettings& settings, std::vector<ComponentModel>& components, const FrameFates& fates,
-                      const ResultHandler& handle, std::uint64_t& dropped) {
+/// An upper bound: a recording may claim any --max-points, for which a matcher allocates memory.
+std::uint32_t most_points(RecordedRun& run) {
+  constexpr std::size_t least_bytes = 3;  // of a point
+  std::size_t bytes = 0;
+  run.rewind();
+  while (const auto message = run.next())
+    if (message->kind == RecordedMessage::Kind::frame) bytes = std::max(bytes, message->data.size());
+  run.rewind();
+  return static_cast<std::uint32_t>(std::max<std::size_t>(bytes / least_bytes, 1));
+}
+
+bool match_components(RecordedRun& run, const Part& part, const ModelReplayOptions& options, RunSettings settings,
+                      std::vector<ComponentModel>& components, const FrameFates& fates, const ResultHandler& handle,
+                      std::uint64_t& dropped) {
+  settings.matcher.max_points = std::min(settings.matcher.max_points, most_points(run));
+  if (settings.matcher.method == Method::fit) spdlog::info("tracked: {}", coupling_text(components));
   const std::string& pose_file = options.settings.pose_file;
   complete_views(components, settings.matcher, settings.sensor_json,
                  pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);

@@ -87,6 +87,8 @@ ResultsFile::ResultsFile(const std::filesystem::path& file, const RunSettings& s
   const auto schema = wire::result_schema();
   check(writer_.begin({"lbea.results", "lbea " LBEA_VERSION_STRING}));
   check(writer_.metadata(to_metadata(settings)));
+  for (std::size_t i = 0; i < settings.components.size(); ++i)
+    check(writer_.metadata(to_metadata(settings.components[i], i)));
   check(writer_.define(
       mcap::Schema{results_schema_id, "lbea.wire.Result", "flatbuffer", {schema.begin(), schema.end()}}));
   check(

@@ -4,6 +4,7 @@
 #include "tools/shared/matching/assembled_views.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace lbea::tool {
 
@@ -27,6 +28,10 @@ std::vector<ServedModel> open_models(const std::vector<std::string>& files) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     models.push_back({names[i], files[i], Model::open(files[i])});
     const Model &first = models.front().model, &model = models.back().model;
+    for (const ServedModel& other : std::span(models).first(i))
+      if (other.model.checksum() == model.checksum())
+        throw Error(Status::bad_config, files[i] + " is the same model as " + other.file +
+                                            "; give each component once, else its evidence counts twice");
     if (model.length_unit() != first.length_unit())
       throw Error(Status::bad_config, files[i] + ": its lengths are in " + std::string(model.length_unit()) +
                                           ", those of " + files.front() + " in " + std::string(first.length_unit()) +

@@ -34,8 +34,9 @@ class LBEA_API ComponentTracker {
   /// allocate, lock or throw.
   void update(std::span<const MatchResult> results) noexcept;
   /// Probabilities and sample are those of all components, numbered as in the model of this one; `frames` counts those
-  /// in which any component was evidence; branches, misfit and verdict are the component's own. Valid until the next
-  /// update() or reset().
+  /// in which any component was evidence; branches, misfit and verdict are the component's own: unknown if none of its
+  /// own frames was evidence, ambiguous if its candidates clearly contradict the branch that all components name (other
+  /// runs of that branch are no contradiction). Valid until the next update() or reset().
   [[nodiscard]] const TestState& state(std::size_t component) const noexcept;
   [[nodiscard]] std::size_t components() const noexcept;
   /// Starts another test with the next frame.

@@ -11,6 +11,16 @@ void Misfits::add(double weight, double misfit) noexcept {
   weights += weight;
 }
 
+void Contradiction::add(double ratio) noexcept {
+  ++frames;
+  log_ratios += logarithm(ratio);
+}
+
+bool Contradiction::is_clear() const noexcept {
+  constexpr double clearly_worse = 1.5;  // as for candidates that are clearly different
+  return frames > 0 && log_ratios > frames * logarithm(clearly_worse);
+}
+
 ComponentOfTest::ComponentOfTest(TrackedComponent component, const Model& first, const TrackerConfig& settings)
     : model(std::move(component.model)),
       views(component.views.empty() ? SensorViews::baked_into(model) : std::move(component.views)),
@@ -27,6 +37,8 @@ ComponentOfTest::ComponentOfTest(TrackedComponent component, const Model& first,
 void ComponentOfTest::reset() noexcept {
   frames_at_rest = 0;
   initial = deformed = {};
+  was_used = false;
+  contradiction = {};
   state = {};
 }
 
@@ -47,6 +59,7 @@ void ComponentOfTest::take_evidence(const MatchResult& result) noexcept {
   if (result.status == Status::ok)
     evidence = keep_usable(result.fit.candidates.empty() ? result.matches : result.fit.candidates, {});
   is_used = !evidence.empty();
+  was_used = was_used || is_used;
 }
 
 std::span<const Match> ComponentOfTest::ranked(const SurfaceFit& fit) noexcept {

@@ -14,6 +14,15 @@ struct Misfits {
   void add(double weight, double misfit) noexcept;
 };
 
+/// By how much its own candidates explain the frames better than those of the branch that all components name: mean
+/// logarithm of the ratio of the residuals.
+struct Contradiction {
+  double frames = 0, log_ratios = 0;
+
+  void add(double ratio) noexcept;
+  [[nodiscard]] bool is_clear() const noexcept;
+};
+
 /// Samples are numbered as in the model of the first component, unless they are called own.
 struct ComponentOfTest {
   /// Allocates all memory. `first`: the model of the first component, with the same runs.
@@ -40,6 +49,8 @@ struct ComponentOfTest {
   std::vector<Match> usable;                 // of a frame
   std::span<const Match> evidence;           // those of usable that count
   bool is_used = false;                      // they were evidence
+  bool was_used = false;                     // in any frame
+  Contradiction contradiction;               // of deformed frames
   Misfits initial, deformed;                 // of frames that match an initial state, and of the others
   std::vector<float> simulations, branches;  // probabilities, own numbers
   TestState state;                           // own numbers

@@ -246,6 +246,7 @@ void CoupledTest::judge(ComponentOfTest& c, const SurfaceFit& fit) noexcept {
       1 / (square<double>(c.views.expected_residual(c.model.sample_index(own))) + square<double>(c.mesh_noise));
   const bool at_rest = is_initial({c.to_first[own.simulation], own.time_step});
   (at_rest ? c.initial : c.deformed).add(weight, double{fit.misfit});
+  if (c.is_used && !at_rest && components_.size() > 1) c.contradiction.add(excess_of_named(c, fit));
   const double shared = std::max(c.initial.frames, 1.0);
   const double log_misfits = c.deformed.log_misfits + c.initial.log_misfits / shared,
                weights = c.deformed.weights + c.initial.weights / shared;
@@ -253,9 +254,23 @@ void CoupledTest::judge(ComponentOfTest& c, const SurfaceFit& fit) noexcept {
   conclude(c);
 }
 
+/// Residual of the best candidate of the branch that all components name, relative to that of the best one. A branch
+/// without a candidate is at least as bad as the worst one.
+double CoupledTest::excess_of_named(const ComponentOfTest& c, const SurfaceFit& fit) noexcept {
+  const std::uint32_t named = c.model.branch_of(c.state.simulation);
+  float least = fit.candidates.back().distance;
+  for (const Match& candidate : fit.candidates)
+    if (is_usable(candidate, c.model) && c.model.branch_of(candidate.sample.simulation) == named)
+      least = std::min(least, candidate.distance);
+  const auto squared = [&](float distance) { return square<double>(distance) + square<double>(c.mesh_noise); };
+  return std::sqrt(squared(least) / squared(fit.candidates.front().distance));
+}
+
+/// What only other components tell of a component is no verdict, nor is a branch certain that it contradicts.
 void CoupledTest::conclude(ComponentOfTest& c) const noexcept {
   if (c.initial.frames + c.deformed.frames < frames_for_verdict) return;
-  const bool one_branch = *std::ranges::max_element(c.branches) >= certain_branch;
+  if (components_.size() > 1 && !c.was_used) return;
+  const bool one_branch = *std::ranges::max_element(c.branches) >= certain_branch && !c.contradiction.is_clear();
   c.state.verdict = c.state.misfit > c.misfit_limit ? Verdict::no_simulation_fits
                     : one_branch                    ? Verdict::matched
                                                     : Verdict::ambiguous;

@@ -38,6 +38,7 @@ class CoupledTest {
   void choose_of_all() noexcept;
   void name(Sample sample, double probability) noexcept;
   void judge(ComponentOfTest& component, const SurfaceFit& fit) noexcept;
+  [[nodiscard]] static double excess_of_named(const ComponentOfTest& c, const SurfaceFit& fit) noexcept;
   void conclude(ComponentOfTest& component) const noexcept;
 
   std::vector<ComponentOfTest> components_;

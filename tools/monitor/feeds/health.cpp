@@ -80,6 +80,8 @@ void Health::count_lost(std::uint64_t sequence) {
   sequence_ = sequence;
 }
 
+void Health::add_other(const wire::WireResult& result) { count_lost(result.sequence); }
+
 void Health::add(const wire::WireResult& result, Clock::time_point now) {
   count_lost(result.sequence);
   last_message_ = now;

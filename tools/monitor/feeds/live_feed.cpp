@@ -113,7 +113,7 @@ class Live final : public LiveFeed {
   }
 
   void add(const wire::WireResult& result) {
-    if (!concerns(result, model_.checksum())) return;
+    if (!concerns(result, model_.checksum())) return health_.add_other(result);
     log_.add(result);
     health_.add(result);
     if (result.status == wire::WireStatus::end_of_stream) return;

@@ -106,7 +106,7 @@ class Recording final : public RecordingFeed {
   void add_result(const RecordedMessage& message, const FrameTimes& frames) {
     wire::WireResult result;
     if (wire::decode_result(message.data, result) != wire::WireStatus::ok) return health_.add_unreadable();
-    if (!concerns(result, model_.checksum())) return;
+    if (!concerns(result, model_.checksum())) return health_.add_other(result);
     health_.add(result, time_);
     const TestKey test = test_of(result);
     if (logs_.size() < most_tests || logs_.contains(test)) logs_[test].add(result);

@@ -156,7 +156,8 @@ void ResultPublisher::send_result() noexcept {
 void ResultPublisher::note_component(std::size_t component) noexcept {
   channels_[component].add(result_);
   if (undeformed_[component].add(result_) && undeformed_[component].is_low())
-    log_.note_low_coverage(result_.session, result_.frame_id, result_.coverage);
+    log_.note_low_coverage(config_.components.empty() ? std::string_view() : config_.components[component].name,
+                           result_.session, result_.frame_id, result_.coverage);
 }
 
 void ResultPublisher::note_departed_points() noexcept {

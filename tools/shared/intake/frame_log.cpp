@@ -44,8 +44,9 @@ void FrameLog::write(const Event& event) {
   if (event.kind == Event::Kind::refusal) {
     write_refusal(event.ids);
   } else if (event.kind == Event::Kind::low_coverage) {
-    if (low_coverage_.is_due())
-      spdlog::warn("frame {}: {}{}", event.ids.first, pose_warning(event.number), low_coverage_.suppressed_text());
+    if (LogLine& line = low_coverage_[event.of]; line.is_due())
+      spdlog::warn("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
+                   pose_warning(event.number), line.suppressed_text());
   } else if (event.kind == Event::Kind::departed_points) {
     if (departures_.is_due())
       spdlog::warn("frame {}: {}{}", event.ids.first, departure_warning(event.number), departures_.suppressed_text());
@@ -73,12 +74,12 @@ void FrameLog::write(const Event& event) {
 
 void FrameLog::write_clock(const Event& event) {
   if (event.number == 0)
-    spdlog::info("capture {}: rig {}: its clock agrees with the first rig's again", event.ids.first, event.rig);
+    spdlog::info("capture {}: rig {}: its clock agrees with the first rig's again", event.ids.first, event.of);
   else
     spdlog::warn(
         "capture {}: rig {}: by the impact, its clock is {:.1f} ms {} the first rig's, which is corrected; synchronize "
         "the clocks before the next test",
-        event.ids.first, event.rig, std::abs(event.number), event.number > 0 ? "behind" : "ahead of");
+        event.ids.first, event.of, std::abs(event.number), event.number > 0 ? "behind" : "ahead of");
 }
 
 void FrameLog::write_refusal(IdRange ids) {

@@ -6,6 +6,7 @@
 #include "tools/shared/intake/id_tracker.hpp"
 
 #include <functional>
+#include <map>
 #include <string_view>
 
 namespace lbea::tool {
@@ -49,9 +50,9 @@ class FrameLog {
     push({Event::Kind::refusal, wire::WireStatus::ok, session, ids, 0});
   }
 
-  /// A frame covers little of the undeformed component.
-  void note_low_coverage(std::uint64_t session, std::uint64_t id, float coverage) noexcept {
-    push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage});
+  /// A frame covers little of the undeformed component. component: of several, else empty; it must remain valid.
+  void note_low_coverage(std::string_view component, std::uint64_t session, std::uint64_t id, float coverage) noexcept {
+    push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage, component});
   }
   /// Points of that share of the component have left the space of the simulations.
   void note_departed_points(std::uint64_t session, std::uint64_t id, float share) noexcept {
@@ -94,8 +95,8 @@ class FrameLog {
     wire::WireStatus status = wire::WireStatus::ok;
     std::uint64_t session = 0;
     IdRange ids;
-    float number = 0;        // coverage, share, seconds, or ms
-    std::string_view rig{};  // whose clock it is
+    float number = 0;       // coverage, share, seconds, or ms
+    std::string_view of{};  // which rig's or component's it is
   };
   void push(const Event& event) noexcept {
     if (!events_.push(event)) ++without_room_;
@@ -109,8 +110,8 @@ class FrameLog {
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
   std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
-  LogLine new_sessions_, refusals_, low_coverage_, departures_, wrong_times_, far_stamps_, without_room_line_,
-      alternations_;
+  std::map<std::string_view, LogLine> low_coverage_;          // by component
+  LogLine new_sessions_, refusals_, departures_, wrong_times_, far_stamps_, without_room_line_, alternations_;
   std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };

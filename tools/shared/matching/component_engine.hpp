@@ -35,8 +35,8 @@ struct ComponentModel {
 /// Which components are one test: those with the same runs. Numbers of components, each once.
 [[nodiscard]] std::vector<std::vector<std::size_t>> coupled(const std::vector<ComponentModel>& components);
 
-/// What the components of one test tell of each other, for a line of the log: "hood and fender are one test", or why
-/// they are not.
+/// What the components of one test tell of each other, for a line of the log: "hood and fender as one run", or why
+/// not.
 [[nodiscard]] std::string coupling_text(const std::vector<ComponentModel>& components);
 
 /// The tracked state of a component, which the tracker of all has.
