@@ -209,11 +209,15 @@ std::string ready_line(const std::vector<wire::FrameSource>& frames, const Serve
   return fmt::format("ready: {}results on {}, {}", endpoints, results.endpoint(), samples_of(models));
 }
 
+std::vector<ModelWatch> hold(const std::vector<ServedModel>& models, Method method) {
+  std::vector<ModelWatch> watches;
+  for (const ServedModel& served : models) watches.emplace_back(served.model, served.file, !served.model.hold(method));
+  return watches;
+}
+
 int serve_models(const ServeOptions& options, const std::vector<ServedModel>& models) {
   const Model& model = models.front().model;
-  std::vector<ModelWatch> model_watches;
-  for (const ServedModel& served : models)
-    model_watches.emplace_back(served.model, served.file, !served.model.hold(options.matcher.method));
+  std::vector<ModelWatch> model_watches = hold(models, options.matcher.method);
   for (const ServedModel& served : models)
     report(request_for_process(options.privileges, &served.model, options.matcher.method));
   require_memory(options);
