@@ -147,17 +147,16 @@ void JointFitter::compare() noexcept {
   estimate_.begin(problem());
 }
 
-/// By as many candidates as for one rig: more take as much longer and make it no better.
+/// By as many candidates as for one rig: more of them take longer and give no better pose.
 const PoseBelief& JointFitter::pose_of(const RigEvidence& rig, const PoseBelief& prior) noexcept {
   const std::size_t all = best_.ranked().size(), k = std::min<std::size_t>(all, settings_.candidates);
   for (std::size_t i = 0; i < k; ++i) std::copy_n(&gram_[i * all], k, &pose_gram_[i * k]);
   EstimateProblem of_rig = problem();
-  of_rig.gram = std::span(pose_gram_).first(k * k);
-  of_rig.samples = of_rig.samples.first(k);
-  std::ranges::transform(of_rig.samples, of_rig_.begin(), [&](const RankedSample& one) {
+  std::ranges::transform(best_.ranked().first(k), of_rig_.begin(), [&](const RankedSample& one) {
     return RankedSample{nearest_at(one.sample, rig.later_s), one.distance};
   });
-  of_rig.samples = std::span(of_rig_).first(of_rig.samples.size());
+  of_rig.samples = std::span(of_rig_).first(k);
+  of_rig.gram = std::span(pose_gram_).first(k * k);
   return rig.fitter->pose_by(of_rig, estimate_.from_best().first(k), cells_, prior);
 }
 

@@ -21,7 +21,7 @@ struct LBEA_HIDDEN HistoryState {
   [[nodiscard]] FrameExpectation expectation() const noexcept;
   /// The frame was fitted: keeps when the test began and, if a simulation explains the frame, what is hidden of it.
   void see(SurfaceFitter& fitter) noexcept;
-  /// The same of a test that other rigs show.
+  /// Keeps when the test began, by a frame of several rigs.
   void begin(std::int64_t at_ns, bool may_be_undeformed) noexcept { clock.begin(at_ns, may_be_undeformed); }
   /// What a frame that a simulation explains shows is evidence for later ones. time: of the samples, in theirs.
   void add(const EarlierShape& shape, const TimeBelief& time) noexcept;

@@ -266,7 +266,8 @@ double CoupledTest::excess_of_named(const ComponentOfTest& c, const SurfaceFit& 
   return std::sqrt(squared(least) / squared(fit.candidates.front().distance));
 }
 
-/// What only other components tell of a component is no verdict, nor is a branch certain that it contradicts.
+/// The evidence of other components alone gives a component no verdict. A branch that its own candidates contradict is
+/// not certain.
 void CoupledTest::conclude(ComponentOfTest& c) const noexcept {
   if (c.initial.frames + c.deformed.frames < frames_for_verdict) return;
   if (components_.size() > 1 && !c.was_used) return;

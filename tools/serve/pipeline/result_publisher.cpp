@@ -179,7 +179,7 @@ void ResultPublisher::note_frame() noexcept {
   note_clocks();
 }
 
-/// Not each refinement.
+/// A change of less than a millisecond is not logged again.
 void ResultPublisher::note_clocks() noexcept {
   constexpr std::int64_t noted_ns = 1'000'000;
   for (const wire::WireRigFrame& frame : result_.rigs) {

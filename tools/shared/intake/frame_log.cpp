@@ -77,7 +77,8 @@ void FrameLog::write_clock(const Event& event) {
     spdlog::info("capture {}: rig {}: its clock agrees with the first rig's again", event.ids.first, event.of);
   else
     spdlog::warn(
-        "capture {}: rig {}: by the impact, its clock is {:.1f} ms {} the first rig's, which is corrected; synchronize "
+        "capture {}: rig {}: by the impact, its clock is {:.1f} ms {} the first rig's, and its stamps are corrected; "
+        "synchronize "
         "the clocks before the next test",
         event.ids.first, event.of, std::abs(event.number), event.number > 0 ? "behind" : "ahead of");
 }
