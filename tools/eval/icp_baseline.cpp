@@ -137,7 +137,7 @@ IcpMatch IcpBaseline::match(std::span<const std::array<double, 3>> points) const
 }
 
 std::vector<std::array<double, 3>> spread_points(std::span<const Point> points, const RigidTransform& T,
-                                                 const std::array<std::array<double, 3>, 2>& box, std::size_t most) {
+                                                 const SampleBox& box, std::size_t most) {
   std::vector<std::array<double, 3>> inside;
   for (const Point& p : points) {
     std::array<double, 3> q{};
@@ -145,7 +145,7 @@ std::vector<std::array<double, 3>> spread_points(std::span<const Point> points, 
     for (std::size_t i = 0; i < 3; ++i) {
       q[i] = double{T[4 * i]} * double{p.x} + double{T[4 * i + 1]} * double{p.y} + double{T[4 * i + 2]} * double{p.z} +
              double{T[4 * i + 3]};
-      keep = keep && q[i] >= box[0][i] && q[i] <= box[1][i];
+      keep = keep && q[i] >= double{box.low[i]} && q[i] <= double{box.high[i]};
     }
     if (keep) inside.push_back(q);
   }

@@ -2,6 +2,8 @@
 // smallest final mean squared error.
 #pragma once
 
+#include "tools/shared/matching/box_of_samples.hpp"
+
 #include <lbea/lbea.hpp>
 
 namespace lbea::tool {
@@ -42,7 +44,6 @@ class IcpBaseline {
 /// order.
 [[nodiscard]] std::vector<std::array<double, 3>> spread_points(std::span<const Point> points,
                                                                const RigidTransform& T_reference_sensor,
-                                                               const std::array<std::array<double, 3>, 2>& box,
-                                                               std::size_t most);
+                                                               const SampleBox& box, std::size_t most);
 
 }  // namespace lbea::tool

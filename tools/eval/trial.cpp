@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace lbea::tool {
 namespace {
@@ -28,19 +29,6 @@ Point middle(std::span<const float> positions) {
   for (std::size_t i = 0; i < positions.size(); ++i) sum[i % 3] += double{positions[i]};
   const double count = static_cast<double>(positions.size() / 3);
   return {static_cast<float>(sum[0] / count), static_cast<float>(sum[1] / count), static_cast<float>(sum[2] / count)};
-}
-
-std::array<std::array<double, 3>, 2> box_of_samples(const Model& model) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  std::array<std::array<double, 3>, 2> box{{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}};
-  for (std::uint32_t s = 0; s < model.samples(); ++s) {
-    const auto positions = model.node_positions(s);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      box[0][i % 3] = std::min(box[0][i % 3], double{positions[i]});
-      box[1][i % 3] = std::max(box[1][i % 3], double{positions[i]});
-    }
-  }
-  return box;
 }
 
 std::int64_t nanoseconds(double seconds) { return std::llround(seconds * 1e9); }
@@ -96,9 +84,8 @@ class Test {
     if (settings_.knows_impact) history_.set_impact(0);
     prepare_rigs();
     for (std::uint32_t step = settings_.first_step; step < reader_->states(); step += settings_.every) {
-      reader_->read(step, state_);
-      mesh_.positions(state_.positions, truth_);
-      for (std::size_t rig = rigs_.size(); rig-- > 0;) sense(rig, step);
+      for (std::size_t rig = 0; rig < rigs_.size(); ++rig) sense(rig, step);
+      read_truth(step);
       const std::span<const Point> points = rigs_.front().points;
       trial.frames.push_back(frame(step, points, matchers, tracker));
       keep_if_worst(trial.worst, trial.frames.back(), points);
@@ -127,6 +114,15 @@ class Test {
     if (!settings_.estimate_pose) rig_matcher_->fix_poses();
     if (settings_.knows_impact) rig_matcher_->set_impact(0);
   }
+  /// Sets state_.
+  void read(std::uint32_t step) {
+    if (std::exchange(read_step_, step) != step) reader_->read(step, state_);
+  }
+  /// The same and truth_.
+  void read_truth(std::uint32_t step) {
+    read(step);
+    mesh_.positions(state_.positions, truth_);
+  }
   /// Seconds since the impact.
   [[nodiscard]] double time_s(std::uint32_t step) const {
     return (reader_->time_s(step) - reader_->time_s(settings_.impact_step)) * settings_.time_factor;
@@ -141,7 +137,7 @@ class Test {
       step = nearest_state(seconds(rig.stamp_ns + behind_ns - rig_matcher_->rigs()[number].clock_correction_ns));
       rig.stamp_ns = nanoseconds(time_s(step)) - behind_ns;
     }
-    reader_->read(step, state_);
+    read(step);
     const std::uint64_t seed = bake::frame_seed(settings_.seed + number, step);
     rig.points = rig.sensor.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, rig.noise, seed);
     if (number > 0 && settings_.disturbs_first_rig_alone) return;
@@ -279,17 +275,16 @@ class Test {
   }
   void judge_forecasts() {
     if (!Forecast::is_in(model_) || reader_->states() == 0) return;
-    reader_->read(reader_->states() - 1, state_);
-    mesh_.positions(state_.positions, truth_);
+    read_truth(reader_->states() - 1);
     judge_.emplace(model_, truth_);
   }
   void judge_channels() {
     if (model_.channels() == 0) return;
-    const auto read = [&](std::uint32_t state, std::vector<float>& positions) {
-      reader_->read(state, state_);
+    const auto read_positions = [&](std::uint32_t state, std::vector<float>& positions) {
+      read(state);
       mesh_.positions(state_.positions, positions);
     };
-    channel_judge_.emplace(model_, *reader_, settings_.time_factor, read, name_);
+    channel_judge_.emplace(model_, *reader_, settings_.time_factor, read_positions, name_);
   }
   void find_field() {
     if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;
@@ -300,8 +295,7 @@ class Test {
   void score_path(TestTrial& trial) {
     const auto path = likeliest_path(model_, evidence_);
     for (std::size_t i = 0; i < path.size(); ++i) {
-      reader_->read(trial.frames[i].step, state_);
-      mesh_.positions(state_.positions, truth_);
+      read_truth(trial.frames[i].step);
       score(trial.frames[i], EvaluatedMethod::path, model_.sample_index(path[i]));
     }
   }
@@ -369,10 +363,11 @@ class Test {
   std::uint32_t own_simulation_;
   std::vector<std::uint8_t> observed_;  // per node of the model
   TestHistory history_;
-  std::array<std::array<double, 3>, 2> box_;
+  SampleBox box_;
   std::size_t run_field_ = 0;
   bool has_field_ = false;
   bake::SimulationState state_;
+  std::optional<std::uint32_t> read_step_;  // that state_ is of
   std::vector<float> truth_;
   std::vector<std::vector<Match>> evidence_;  // per frame
   Inferred inferred_;

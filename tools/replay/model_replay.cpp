@@ -161,8 +161,7 @@ bool conclude(ComparisonTally tally, const Part& part, const ModelReplayOptions&
 std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>& recorded,
                                             const ModelReplayOptions& options) {
   std::vector<ComponentModel> given, ordered;
-  for (const std::string& file : options.model_files)
-    given.push_back({std::filesystem::path(file).stem().string(), Model::open(file)});
+  for (const std::string& file : options.model_files) given.push_back({component_name(file), Model::open(file)});
   if (recorded.empty() && given.size() == 1) return given;
   std::string names;
   for (const ComponentSettings& component : recorded) {
@@ -181,20 +180,15 @@ std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>
 }
 
 /// An upper bound: a recording may claim any --max-points, for which a matcher allocates memory.
-std::uint32_t most_points(RecordedRun& run) {
+std::uint32_t most_points(const FrameFates& fates) {
   constexpr std::size_t least_bytes = 3;  // of a point
-  std::size_t bytes = 0;
-  run.rewind();
-  while (const auto message = run.next())
-    if (message->kind == RecordedMessage::Kind::frame) bytes = std::max(bytes, message->data.size());
-  run.rewind();
-  return static_cast<std::uint32_t>(std::max<std::size_t>(bytes / least_bytes, 1));
+  return static_cast<std::uint32_t>(std::max<std::size_t>(fates.most_bytes() / least_bytes, 1));
 }
 
 bool match_components(RecordedRun& run, const Part& part, const ModelReplayOptions& options, RunSettings settings,
                       std::vector<ComponentModel>& components, const FrameFates& fates, const ResultHandler& handle,
                       std::uint64_t& dropped) {
-  settings.matcher.max_points = std::min(settings.matcher.max_points, most_points(run));
+  settings.matcher.max_points = std::min(settings.matcher.max_points, most_points(fates));
   if (settings.matcher.method == Method::fit) spdlog::info("tracked: {}", coupling_text(components));
   const std::string& pose_file = options.settings.pose_file;
   complete_views(components, settings.matcher, settings.sensor_json,

@@ -77,16 +77,18 @@ std::vector<ServedModel> check_models(Preflight& preflight, const ServeOptions& 
   std::vector<ServedModel> models;
   const bool is_one = !options.has_several_components();
   for (const std::string& file : options.model_files)
-    preflight.check(is_one ? "model" : "model " + std::filesystem::path(file).stem().string(), [&] {
-      models.push_back({std::filesystem::path(file).stem().string(), file, Model::open(file)});
+    preflight.check(is_one ? "model" : "model " + component_name(file), [&] {
+      models.push_back({component_name(file), file, Model::open(file)});
       return describe(models.back().model, file);
     });
   if (models.size() != options.model_files.size()) return {};
   if (!is_one)
     preflight.check("components", [&] {
       std::vector<ComponentModel> components;
-      for (const ServedModel& served : open_models(options.model_files))
+      for (const ServedModel& served : models) {
+        require_beside(served, std::span(models).first(components.size()));
         components.push_back({served.name, served.model});
+      }
       return coupling_text(components);
     });
   return models;

@@ -4,7 +4,6 @@
 #include "tools/shared/matching/assembled_views.hpp"
 
 #include <algorithm>
-#include <span>
 
 namespace lbea::tool {
 
@@ -13,7 +12,7 @@ std::vector<std::string> component_names(const std::vector<std::string>& files) 
     throw WrongUsage("give at most " + std::to_string(wire::most_components) + " models, one per component");
   std::vector<std::string> names;
   for (const std::string& file : files) {
-    const std::string name = std::filesystem::path(file).stem().string();
+    const std::string name = component_name(file);
     if (std::ranges::find(names, name) != names.end())
       throw WrongUsage(file + ": another model's component is also named " + name +
                        "; components are named after their files, so rename one of them");
@@ -22,20 +21,26 @@ std::vector<std::string> component_names(const std::vector<std::string>& files) 
   return names;
 }
 
-std::vector<ServedModel> open_models(const std::vector<std::string>& files) {
-  const std::vector<std::string> names = component_names(files);
-  std::vector<ServedModel> models;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    models.push_back({names[i], files[i], Model::open(files[i])});
-    const Model &first = models.front().model, &model = models.back().model;
-    for (const ServedModel& other : std::span(models).first(i))
-      if (other.model.checksum() == model.checksum())
-        throw Error(Status::bad_config, files[i] + " is the same model as " + other.file +
-                                            "; give each component once, else its evidence counts twice");
-    if (model.length_unit() != first.length_unit())
-      throw Error(Status::bad_config, files[i] + ": its lengths are in " + std::string(model.length_unit()) +
-                                          ", those of " + files.front() + " in " + std::string(first.length_unit()) +
+void require_beside(const ServedModel& served, std::span<const ServedModel> others) {
+  for (const ServedModel& other : others) {
+    if (other.model.checksum() == served.model.checksum())
+      throw Error(Status::bad_config, served.file + " is the same model as " + other.file +
+                                          "; give each component once, else its evidence counts twice");
+    const std::string_view unit = served.model.length_unit(), of_other = other.model.length_unit();
+    if (unit != of_other)
+      throw Error(Status::bad_config, served.file + ": its lengths are in " + std::string(unit) + ", those of " +
+                                          other.file + " in " + std::string(of_other) +
                                           ", but frames have one unit; bake both with the same length_unit");
+  }
+}
+
+std::vector<ServedModel> open_models(const std::vector<std::string>& files) {
+  static_cast<void>(component_names(files));
+  std::vector<ServedModel> models;
+  for (const std::string& file : files) {
+    const ServedModel served{component_name(file), file, Model::open(file)};
+    require_beside(served, models);
+    models.push_back(served);
   }
   return models;
 }

@@ -4,9 +4,10 @@
 #include "tools/serve/rigs.hpp"
 #include "tools/shared/matching/component_engine.hpp"
 
+#include <span>
+
 namespace lbea::tool {
 
-/// A component's name is its model file's, without folder and extension.
 struct ServedModel {
   std::string name, file;
   Model model;
@@ -14,7 +15,9 @@ struct ServedModel {
 
 /// Throws WrongUsage when two components would have the same name, or there are too many.
 [[nodiscard]] std::vector<std::string> component_names(const std::vector<std::string>& files);
-/// Throws the errors of Model::open(), and Error{bad_config} when lengths have different units.
+/// Throws Error{bad_config} when a model cannot be matched with the same frames as the others.
+void require_beside(const ServedModel& served, std::span<const ServedModel> others);
+/// Throws the errors of Model::open(), component_names() and require_beside().
 [[nodiscard]] std::vector<ServedModel> open_models(const std::vector<std::string>& files);
 /// For a ModelComponents, with the depth images of each component between the others of its test. Throws as views_for()
 /// and assembled_views() do.

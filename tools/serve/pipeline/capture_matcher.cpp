@@ -201,10 +201,7 @@ void CaptureMatcher::publish(wire::WireStatus status, const FrameSlot& slot) noe
   Outcome& outcome = queues_.outcomes.wait_and_claim();
   clear(outcome);
   wire::WireResult& result = outcome.result;
-  result.session = slot.header.session;
-  result.frame_id = slot.header.id;
-  result.stamp_ns = slot.header.stamp_ns;
-  result.receive_ns = slot.receive_ns;
+  name_frame(result, slot);
   result.points.received = slot.header.points;
   result.status = status;
   queues_.accounts[slot.rig].counters.count(status);

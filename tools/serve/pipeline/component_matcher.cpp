@@ -68,10 +68,7 @@ Outcome& ComponentMatcher::claim(const FrameSlot& slot) noexcept {
   Outcome& outcome = queues_.outcomes.wait_and_claim();
   clear(outcome);
   wire::WireResult& result = outcome.result;
-  result.session = slot.header.session;
-  result.frame_id = slot.header.id;
-  result.stamp_ns = slot.header.stamp_ns;
-  result.receive_ns = slot.receive_ns;
+  name_frame(result, slot);
   result.elapsed_ns.decode = slot.decode_ns;
   result.elapsed_ns.queue = queue_ns_;
   return outcome;

@@ -66,10 +66,7 @@ void FrameMatcher::finish_oldest() noexcept {
 void FrameMatcher::fill(Outcome& outcome, const Work& work) noexcept {
   clear(outcome);
   wire::WireResult& result = outcome.result;
-  result.session = work.slot->header.session;
-  result.frame_id = work.slot->header.id;
-  result.stamp_ns = work.slot->header.stamp_ns;
-  result.receive_ns = work.slot->receive_ns;
+  name_frame(result, *work.slot);
   result.elapsed_ns.decode = work.slot->decode_ns;
   result.elapsed_ns.queue = work.queue_ns;
   result.status = wire::WireStatus::end_of_stream;

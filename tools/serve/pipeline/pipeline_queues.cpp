@@ -2,6 +2,13 @@
 
 namespace lbea::tool {
 
+void name_frame(wire::WireResult& result, const FrameSlot& slot) noexcept {
+  result.session = slot.header.session;
+  result.frame_id = slot.header.id;
+  result.stamp_ns = slot.header.stamp_ns;
+  result.receive_ns = slot.receive_ns;
+}
+
 wire::Counters PipelineQueues::counters() const noexcept {
   wire::Counters sum;
   for (const SharedAccount& account : accounts) sum += account.counters.load();

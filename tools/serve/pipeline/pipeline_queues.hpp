@@ -70,6 +70,9 @@ struct FrameSlot {
   std::chrono::steady_clock::time_point queued;
 };
 
+/// Sets which frame the result is of.
+void name_frame(wire::WireResult& result, const FrameSlot& slot) noexcept;
+
 struct PipelineQueues {
   /// Allocates all slots.
   explicit PipelineQueues(const PipelineConfig& config)

@@ -4,6 +4,8 @@
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 
 namespace lbea::tool {
 

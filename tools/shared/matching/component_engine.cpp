@@ -4,6 +4,8 @@
 
 namespace lbea::tool {
 
+std::string component_name(const std::filesystem::path& model_file) { return model_file.stem().string(); }
+
 std::vector<std::vector<std::size_t>> coupled(const std::vector<ComponentModel>& components) {
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < components.size(); ++i) {

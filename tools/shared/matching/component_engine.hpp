@@ -6,6 +6,7 @@
 #include <lbea/components.hpp>
 
 #include <deque>
+#include <filesystem>
 
 namespace lbea::tool {
 
@@ -24,6 +25,9 @@ class ComponentEngine {
   /// The next frame is the first of another session.
   virtual void begin_test() noexcept = 0;
 };
+
+/// A component is named after its model's file, without folder and extension.
+[[nodiscard]] std::string component_name(const std::filesystem::path& model_file);
 
 /// A component with its model.
 struct ComponentModel {

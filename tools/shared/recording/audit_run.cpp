@@ -93,8 +93,7 @@ class RunAuditor {
       audit_.settings.model_file = matcher_->model.file;
       audit_.settings.model_checksum = matcher_->model.checksum;
       audit_.settings.method = matcher_->method;
-      for (const wire::WireComponent& c : matcher_->components)
-        audit_.settings.components.push_back({c.name, c.model.file, c.model.checksum});
+      audit_.settings.components = components_of(*matcher_);
     }
     close_components();
     if (audit_.is_replayed) audit_.counters.reset();

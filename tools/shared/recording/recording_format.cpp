@@ -165,6 +165,12 @@ mcap::Metadata to_metadata(const RigSettings& rig, std::size_t number) {
   return metadata;
 }
 
+std::vector<ComponentSettings> components_of(const wire::WireState& state) {
+  std::vector<ComponentSettings> components;
+  for (const wire::WireComponent& c : state.components) components.push_back({c.name, c.model.file, c.model.checksum});
+  return components;
+}
+
 mcap::Metadata to_metadata(const ComponentSettings& component, std::size_t number) {
   mcap::Metadata metadata{std::string(component_metadata_name), {{"number", text(number)}}};
   for_each_component_setting(component, [&](const char* key, const auto& value) { metadata.texts[key] = text(value); });

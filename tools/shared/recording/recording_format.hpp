@@ -34,6 +34,9 @@ struct ComponentSettings {
   std::uint64_t model_checksum = 0;
 };
 
+/// As the matcher's state lists them.
+[[nodiscard]] std::vector<ComponentSettings> components_of(const wire::WireState& state);
+
 /// How a run was matched, so that a replay can match in the same way.
 struct RunSettings {
   std::string program;     // with its version

@@ -15,6 +15,7 @@ FrameFates::FrameFates(RecordedRun& run) {
     if (message->kind == RecordedMessage::Kind::frame) {
       frames.emplace_back(message->session, message->id);
       fates_[frames.back()].has_frame = true;
+      most_bytes_ = std::max(most_bytes_, message->data.size());
     } else if (message->kind == RecordedMessage::Kind::result) {
       if (wire::decode_result(message->data, result) == wire::WireStatus::ok) add(result);
     } else if (message->kind == RecordedMessage::Kind::state) {

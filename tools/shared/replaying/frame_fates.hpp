@@ -26,6 +26,8 @@ class FrameFates {
   explicit FrameFates(RecordedRun& run);
   /// In the order in which they were matched. The functions below know a capture by its key as they know a frame.
   [[nodiscard]] const std::vector<RecordedCapture>& captures() const noexcept { return captures_; }
+  /// Of the largest recorded cloud.
+  [[nodiscard]] std::size_t most_bytes() const noexcept { return most_bytes_; }
   /// Whether the frame is recorded; of a capture, all of them.
   [[nodiscard]] bool has_frame(const FrameKey& frame) const;
   /// Whether the matcher dropped the frame, or never got it.
@@ -84,6 +86,7 @@ class FrameFates {
   std::map<std::uint64_t, std::uint64_t> first_arrived_id_;  // of the session, where all answers are recorded
   std::vector<Series> series_;
   std::vector<RecordedCapture> captures_;
+  std::size_t most_bytes_ = 0;
 };
 
 }  // namespace lbea::tool

@@ -102,11 +102,8 @@ void require_recorded_settings(const SettingsOptions& options) {
 
 std::vector<ComponentSettings> recorded_components(const RunSettings& recorded, const std::string& file) {
   if (!recorded.components.empty() || !recorded.method.empty()) return recorded.components;
-  std::vector<ComponentSettings> components;
-  if (const auto state = recorded_state(file))
-    for (const wire::WireComponent& c : state->components)
-      components.push_back({c.name, c.model.file, c.model.checksum});
-  return components;
+  const auto state = recorded_state(file);
+  return state ? components_of(*state) : std::vector<ComponentSettings>();
 }
 
 RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options) {
