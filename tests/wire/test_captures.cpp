@@ -421,6 +421,23 @@ TEST_CASE("two rigs in step: one result per capture, in order, then the ends of 
   }
 }
 
+TEST_CASE("the session of a test's results does not depend on which rig's frame arrives first") {
+  for (const std::uint32_t first : {0u, 1u}) {
+    CAPTURE(first);
+    PipelineConfig config = RigBench::two_rigs();
+    config.grouping.wait = 1s;  // also on a loaded machine
+    RigBench bench(config);
+    const std::int64_t now = wall_clock_ns();
+    for (const std::uint32_t rig : {first, 1 - first}) bench.send(rig, 5 + rig, 0, now + 100'000 * rig);
+    bench.end(0, 5, 1);
+    bench.end(1, 6, 1);
+    bench.finish();
+    REQUIRE(bench.results.size() == 4);
+    CHECK(bench.results.front().session == ~std::uint64_t{5});
+    CHECK(bench.results.back().session == ~std::uint64_t{5});
+  }
+}
+
 TEST_CASE("a test whose sender went without goodbye ends when the next one begins") {
   PipelineConfig config = RigBench::two_rigs();
   config.sender_timeout = 50ms;

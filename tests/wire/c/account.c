@@ -245,7 +245,9 @@ void rigs_are_matched_together(const char* left, const char* right, const char* 
     result.struct_size = sizeof result;
     CHECK(lbea_wire_receiver_receive(run.receiver, patience_ms, &result) == LBEA_WIRE_OK);
     CHECK(result.component[0] == '\0');
-    CHECK(result.rig_count == 2 && result.frame_id == (uint64_t)c && result.session == ~tallies[0].session);
+    CHECK(result.rig_count == 2);
+    CHECK(result.frame_id == (uint64_t)c);
+    CHECK(result.session == ~tallies[0].session);
     for (uint32_t rig = 0; rig < result.rig_count; ++rig) {
       const lbea_wire_rig_frame* frame = &result.rigs[rig];
       CHECK(strcmp(frame->rig, rig == 0 ? "left" : "right") == 0);

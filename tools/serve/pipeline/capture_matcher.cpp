@@ -1,5 +1,7 @@
 #include "tools/serve/pipeline/capture_matcher.hpp"
 
+#include <utility>
+
 namespace lbea::tool {
 
 bool RigTests::begins(std::uint32_t rig, std::uint64_t session, std::int64_t receive_ns) const noexcept {
@@ -106,6 +108,7 @@ void CaptureMatcher::begin_test(const FrameSlot& first) noexcept {
   grouping_.begin_test();
   engine_.begin_test();
   session_ = ~first.header.session;
+  has_capture_ = false;
 }
 
 bool CaptureMatcher::match_next(bool at_once) noexcept {
@@ -116,6 +119,7 @@ bool CaptureMatcher::match_next(bool at_once) noexcept {
 
 void CaptureMatcher::match(std::span<const WaitingFrame> capture) noexcept {
   current_frame_ = slot_of(capture.front()).header.id;
+  if (!std::exchange(has_capture_, true)) session_ = ~slot_of(capture.front()).header.session;
   Outcome& outcome = queues_.outcomes.wait_and_claim();
   clear(outcome);
   describe(outcome.result, capture);

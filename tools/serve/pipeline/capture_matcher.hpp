@@ -78,7 +78,10 @@ class CaptureMatcher {
   std::uint64_t taken_ = 0, released_ = 0;    // turns
   std::vector<bool> is_finished_;             // by turns
   std::vector<std::uint64_t> ends_;           // turns of ends of streams, whose frames may still wait
-  std::uint64_t session_ = 0;  // of the test's results: the complement of its first frame's, so that it is no sender's
+  // Of the test's results: the complement of that of the first frame of its first capture, so that it is no sender's.
+  // Before: of the first frame that arrived.
+  std::uint64_t session_ = 0;
+  bool has_capture_ = false;
   std::int64_t matched_receive_ns_ = 0;  // the latest one of matched frames
   std::uint64_t captures_ = 0;
   std::atomic<std::uint64_t> current_frame_{0}, rounds_{0};
