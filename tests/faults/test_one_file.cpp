@@ -63,15 +63,17 @@ TEST_CASE("a program that hangs is killed, and the test reports it") {
   CHECK(outcome.err == "killed, because it still ran after 100 ms\n");
 }
 
-TEST_CASE("any thread of a bake and of a replay cannot be started") {
+TEST_CASE("any thread of a bake and of a replay cannot be started: all of them, in a long run") {
+  constexpr unsigned long most_threads = 30;
   const TemporaryFolder folder;
   REQUIRE(run_program(bake_command("m.lbea"), folder.path()).exit_code == 0);
   const auto recording = put_recording(folder / "run.mcap");
-  OneFile{LBEA_BAKE " " + demo + "/ensemble.toml --modes 5 --threads 3 -o m.lbea", "m.lbea"}.check("thread", all);
+  OneFile{LBEA_BAKE " " + demo + "/ensemble.toml --modes 5 --threads 3 -o m.lbea", "m.lbea"}.check("thread",
+                                                                                                   most_threads);
   OneFile{LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() +
               " --threads 4 -o results.mcap",
           "results.mcap"}
-      .check("thread", all);
+      .check("thread", most_threads);
 }
 
 TEST_CASE("files that cannot be mapped are named") {
