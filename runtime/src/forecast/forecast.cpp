@@ -14,6 +14,8 @@ constexpr std::size_t nodes = LearnedForecast::nodes, scores = LearnedForecast::
 
 float between(float a, float b, float share) noexcept { return a + share * (b - a); }
 
+}  // namespace
+
 /// A line over time through the deviations from the mean shape of the frames around a node. Frames may lie on one side
 /// of it alone: those after it are still to come.
 struct NodeEvidence {
@@ -42,8 +44,6 @@ struct NodeEvidence {
     }
   }
 };
-
-}  // namespace
 
 struct Forecast::State {
   explicit State(Model of);
