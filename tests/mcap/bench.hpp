@@ -79,6 +79,9 @@ class Bench {
   TemporaryFolder folder;
 };
 
+/// Where the sensor of the demo is.
+inline const std::string rail_pose = LBEA_TEST_DATA "/rail-demo/sensor.json";
+
 /// Sends samples of the model as frames: all nodes, in reference coordinates.
 class Camera {
  public:

@@ -5,8 +5,6 @@ using namespace lbea::test;
 
 namespace {
 
-const std::string sensor_json = (data() / "rail-demo/sensor.json").string();
-
 /// A matcher with a copy of the model that the test may overwrite.
 std::unique_ptr<Process> serve_copy(Bench& bench, const std::string& method, std::vector<std::string> more = {}) {
   std::filesystem::copy_file(LBEA_MODEL, bench.file("model.lbea"));
@@ -14,7 +12,7 @@ std::unique_ptr<Process> serve_copy(Bench& bench, const std::string& method, std
                                      "--frames",  bench.frames(),
                                      "--results", bench.results(),
                                      "--method",  method,
-                                     "--pose",    sensor_json,
+                                     "--pose",    rail_pose,
                                      "--json"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return bench.start(arguments, "serve", "ready: frames on ");
@@ -50,7 +48,7 @@ TEST_CASE("cp over the model of a running matcher: frames are matched as before,
     ResultSource results(context, bench.results());
     REQUIRE(results.receive(30s));
     Camera camera(context, bench.frames());
-    camera.look_from(sensor_json);
+    camera.look_from(rail_pose);
     const lbea::Match before = matched(camera, results, 1);
     overwrite(bench);
     CHECK(
@@ -71,7 +69,7 @@ TEST_CASE("cp over a model that is too large for a copy in memory ends the match
   ResultSource results(context, bench.results());
   REQUIRE(results.receive(30s));
   Camera camera(context, bench.frames());
-  camera.look_from(sensor_json);
+  camera.look_from(rail_pose);
   matched(camera, results, 1);
   overwrite(bench);
   CHECK(server->wait() == 1);
@@ -89,7 +87,7 @@ TEST_CASE("a program whose model becomes shorter while it is read ends with a se
   std::filesystem::resize_file(bench.file("model.lbea"), 0);
   WireContext context;
   Camera camera(context, bench.frames());
-  camera.look_from(sensor_json);
+  camera.look_from(rail_pose);
   camera.send(3);
   camera.end(4);
   CHECK(evaluation->wait() == 1);

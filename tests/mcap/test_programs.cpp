@@ -55,7 +55,7 @@ TEST_CASE("every replay gives the recorded results to the bit on any number of t
   for (const std::string method : {"lbea", "vtp", "fit"}) {
     CAPTURE(method);
     Bench bench;
-    record(bench, "run.mcap", 30, {"--method", method, "--pose", (test::data() / "rail-demo/sensor.json").string()});
+    record(bench, "run.mcap", 30, {"--method", method, "--pose", rail_pose});
     std::string first;
     for (const int threads : {1, 1, 2, 3}) {
       const std::string output = "results" + std::to_string(std::rand()) + ".mcap";
@@ -80,7 +80,6 @@ TEST_CASE("every replay gives the recorded results to the bit on any number of t
 }
 
 TEST_CASE("any number of matchers gives, to the bit, the results of one") {
-  const std::string pose = (test::data() / "rail-demo/sensor.json").string();
   for (const std::vector<std::string>& method : std::vector<std::vector<std::string>>{
            {"lbea"}, {"vtp"}, {"fit"}, {"fit", "--fixed-pose"}, {"fit", "--frames-alone"}})
     for (const std::string matchers : {"1", "2", "3"}) {
@@ -88,7 +87,7 @@ TEST_CASE("any number of matchers gives, to the bit, the results of one") {
       CAPTURE(method.back());
       CAPTURE(matchers);
       Bench bench;
-      std::vector<std::string> options{"--pose", pose, "--matchers", matchers, "--method"};
+      std::vector<std::string> options{"--pose", rail_pose, "--matchers", matchers, "--method"};
       options.insert(options.end(), method.begin(), method.end());
       record(bench, "run.mcap", 30, options);
       CHECK(contains(text_of(bench.file("serve.out")), "\"matched\":30,"));

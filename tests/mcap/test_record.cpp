@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr std::uint64_t session = 7;
+constexpr std::uint64_t sender_session = 7;
 
 /// A recorder between a sender and a matcher.
 class Rig {
@@ -40,13 +40,13 @@ class Rig {
   }
   void send(std::uint64_t id, std::size_t points = 20) {
     const std::vector<Point> cloud(points, {1, 2, 3});
-    REQUIRE(sink_->send(encoder_.frame({id, static_cast<std::int64_t>(1000 + id), cloud}, session), 30s));
+    REQUIRE(sink_->send(encoder_.frame({id, static_cast<std::int64_t>(1000 + id), cloud}, sender_session), 30s));
   }
   void send_bytes(Message message) { REQUIRE(sink_->send(message, 30s)); }
   void say(ControlKind kind, std::uint64_t next_id, std::uint64_t withheld = 0) {
-    REQUIRE(sink_->tell(encoder_.control({session, kind, next_id, withheld}), 30s));
+    REQUIRE(sink_->tell(encoder_.control({sender_session, kind, next_id, withheld}), 30s));
   }
-  void end(std::uint64_t next_id) { send_bytes(encoder_.end_of_stream(session, next_id)); }
+  void end(std::uint64_t next_id) { send_bytes(encoder_.end_of_stream(sender_session, next_id)); }
   /// Interrupts it after it has received everything; returns its exit code.
   int stop() {
     REQUIRE(sink_->flush(30s) == 0);
@@ -115,7 +115,8 @@ TEST_CASE("recording does not wait for an absent matcher; once it starts it is i
   CHECK(eventually([&] { return contains(rig.log(), "end of stream before frame 205"); }));
   StandIn matcher(rig.context(), rig.at("frames"));
   CHECK(matcher.hears_the_end());
-  CHECK(matcher.ids.senders({}, 1h) == std::vector<WireSender>{{session, 0, 205, 0, 200, 5, SenderCondition::ended}});
+  CHECK(matcher.ids.senders({}, 1h) ==
+        std::vector<WireSender>{{sender_session, 0, 205, 0, 200, 5, SenderCondition::ended}});
   CHECK(rig.stop() == 1);
   const Json tally = rig.tally();
   CHECK(tally["recorded"] == 200);

@@ -13,11 +13,10 @@ using Json = nlohmann::json;
 TEST_CASE("a part of a test is matched with the history of the whole; comparing nothing is a failure") {
   Bench bench;
   {
-    const std::string pose = (test::data() / "rail-demo/sensor.json").string();
-    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", pose});
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose});
     WireContext context;
     Camera camera(context, bench.frames());
-    camera.look_from(pose);
+    camera.look_from(rail_pose);
     for (std::uint64_t id = 0; id < 30; ++id) {
       camera.send(id);
       std::this_thread::sleep_for(10ms);
@@ -61,14 +60,13 @@ TEST_CASE("a window within a test cannot be compared: the results depend on earl
   SUBCASE("with the pose estimated") {}
   SUBCASE("with a fixed pose") { more = {"--fixed-pose"}; }
   {
-    const std::string pose = (test::data() / "rail-demo/sensor.json").string();
     std::vector<std::string> arguments{
-        "--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", pose};
+        "--record", bench.file("run.mcap"), "--record-window", "0:60", "--method", "fit", "--pose", rail_pose};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto server = bench.serve(arguments);
     WireContext context;
     Camera camera(context, bench.frames());
-    camera.look_from(pose);
+    camera.look_from(rail_pose);
     for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
     REQUIRE(recording_in(RecordingPhase::armed, context, bench.results()));
     std::this_thread::sleep_for(300ms);
@@ -97,11 +95,6 @@ TEST_CASE("a window within a test cannot be compared: the results depend on earl
 
 namespace {
 
-const std::string& rail_pose() {
-  static const std::string file = (test::data() / "rail-demo/sensor.json").string();
-  return file;
-}
-
 /// Compares run.mcap; all `same` results must be the same, and no other result may have been compared.
 void check_same(const Bench& bench, int same, const std::string& more = "") {
   const test::Outcome against = bench.replay("run.mcap --model " LBEA_MODEL " --against --json " + more);
@@ -129,10 +122,10 @@ std::ptrdiff_t replayed_frames(const Bench& bench) {
 TEST_CASE("a test whose first capture was withheld is compared") {
   Bench bench;
   {
-    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose()});
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose});
     WireContext context;
     Camera camera(context, bench.frames());
-    camera.look_from(rail_pose());
+    camera.look_from(rail_pose);
     camera.send_bytes(camera.encoder().control({1, ControlKind::hello, 0, 0}));
     camera.send_bytes(camera.encoder().control({1, ControlKind::heartbeat, 1, 1}));
     for (std::uint64_t id = 1; id <= 20; ++id) camera.send(id);
@@ -149,10 +142,10 @@ TEST_CASE("frames of a dropped sender are neither matched nor part of the test's
   Bench bench;
   {
     const auto server =
-        bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose(), "--one-sender"});
+        bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose, "--one-sender"});
     WireContext context;
     Camera camera(context, bench.frames());
-    camera.look_from(rail_pose());
+    camera.look_from(rail_pose);
     for (std::uint64_t id = 0; id < 10; ++id)
       for (const std::uint64_t session : {1u, 2u}) camera.send(id, session);
     camera.end(10);
@@ -169,10 +162,10 @@ TEST_CASE("frames of a dropped sender are neither matched nor part of the test's
 TEST_CASE("an end of stream divides the tests of a session in a replay too") {
   Bench bench;
   {
-    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose()});
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose});
     WireContext context;
     Camera camera(context, bench.frames());
-    camera.look_from(rail_pose());
+    camera.look_from(rail_pose);
     for (const std::uint64_t test : {0u, 1u}) {
       for (std::uint64_t id = 15 * test; id < 15 * (test + 1); ++id) {
         camera.send(id);
@@ -189,7 +182,7 @@ TEST_CASE("an end of stream divides the tests of a session in a replay too") {
   CHECK(Json::parse(late.out)["same"] > 0);
   const std::string log = bench.replay("run.mcap --model " LBEA_MODEL).err;  // one warning for each test
   CHECK(log.find("undeformed component") != log.rfind("undeformed component"));
-  const auto other = bench.serve({"--method", "lbea", "--pose", rail_pose()});
+  const auto other = bench.serve({"--method", "lbea", "--pose", rail_pose});
   const test::Outcome sent = bench.replay("run.mcap --fast --to " + bench.frames());
   CHECK_MESSAGE(sent.exit_code == 0, sent.out, sent.err);
   CHECK(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream before frame 30"); }));
@@ -206,7 +199,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
                         bench.results(), "--record-memory", "64"},
                        "record", "ready: frames on");
   };
-  const auto start_matcher = [&] { return bench.serve({"--method", "fit", "--pose", rail_pose()}); };
+  const auto start_matcher = [&] { return bench.serve({"--method", "fit", "--pose", rail_pose}); };
   std::unique_ptr<Process> recorder, server;
   WireContext context;
   std::optional<Camera> camera;
@@ -215,7 +208,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
   };
   const auto look = [&] {
     camera.emplace(context, rig);
-    camera->look_from(rail_pose());
+    camera->look_from(rail_pose);
   };
   const auto start_all = [&] {
     server = start_matcher();
@@ -276,13 +269,12 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
   }
   const auto matched = Json::parse(text_of(bench.file("serve.out")))["matched"].get<int>();
   if (refused > 0) CHECK(matched == refused);
-  check_same(bench, matched, "--pose " + rail_pose());
+  check_same(bench, matched, "--pose " + rail_pose);
 }
 
 TEST_CASE("a replay knows the time of impact as the matcher did, and the pose to be fixed") {
   Bench bench;
-  const std::string pose = (test::data() / "rail-demo/sensor.json").string();
-  record(bench, "run.mcap", 10, {"--method", "fit", "--pose", pose, "--fixed-pose", "--trigger-ns", "500"});
+  record(bench, "run.mcap", 10, {"--method", "fit", "--pose", rail_pose, "--fixed-pose", "--trigger-ns", "500"});
   const test::Outcome against = bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
   CAPTURE(against.err);
   CHECK(against.exit_code == 0);
@@ -295,7 +287,7 @@ namespace {
 void record_before_matcher(Bench& bench, std::vector<std::string> of_matcher,
                            const std::vector<std::string>& of_recorder = {}) {
   const std::string rig = "ipc://" + bench.file("rig");
-  of_matcher.insert(of_matcher.end(), {"--pose", rail_pose()});
+  of_matcher.insert(of_matcher.end(), {"--pose", rail_pose});
   std::vector<std::string> recorder_call{
       LBEA_RECORD, bench.file("run.mcap"), "--frames",        rig, "--forward", bench.frames(),
       "--results", bench.results(),        "--record-memory", "16"};
@@ -304,7 +296,7 @@ void record_before_matcher(Bench& bench, std::vector<std::string> of_matcher,
   const auto recorder = bench.start(recorder_call, "record", "ready: frames on");
   WireContext context;
   Camera camera(context, rig);
-  camera.look_from(rail_pose());
+  camera.look_from(rail_pose);
   std::this_thread::sleep_for(700ms);  // until all subscriptions and connections exist
   for (std::uint64_t id = 0; id < 10; ++id) camera.send(id);
   camera.end(10);
@@ -320,22 +312,21 @@ void record_before_matcher(Bench& bench, std::vector<std::string> of_matcher,
 TEST_CASE("a recording made before a matcher has the time of impact that was given to lbea-record") {
   Bench bench;
   record_before_matcher(bench, {"--method", "fit", "--trigger-ns", "1005"}, {"--trigger-ns", "1005"});
-  check_same(bench, 10, "--pose " + rail_pose());
+  check_same(bench, 10, "--pose " + rail_pose);
 }
 
 // Regression: there was no way to tell a replay, so that results differed.
 TEST_CASE("a recording made before a matcher of frames alone is replayed alone") {
   Bench bench;
   record_before_matcher(bench, {"--method", "fit", "--frames-alone", "--matchers", "2"});
-  check_same(bench, 10, "--frames-alone --pose " + rail_pose());
+  check_same(bench, 10, "--frames-alone --pose " + rail_pose);
   const test::Outcome with_history =
-      bench.replay("run.mcap --model " LBEA_MODEL " --against --json --pose " + rail_pose());
+      bench.replay("run.mcap --model " LBEA_MODEL " --against --json --pose " + rail_pose);
   CHECK(Json::parse(with_history.out)["different"] > 0);
 }
 
 TEST_CASE("recorded before a matcher: method and model are known, the pose must be given") {
   Bench bench;
-  const std::string pose = rail_pose();
   record_before_matcher(bench, {"--method", "vtp"});
   const auto against = [&](const std::string& more) {
     return bench.replay("run.mcap --model " LBEA_MODEL " --against --json " + more);
@@ -343,11 +334,11 @@ TEST_CASE("recorded before a matcher: method and model are known, the pose must 
   const test::Outcome unknown = against("");
   CHECK(unknown.exit_code == 1);
   CHECK(contains(unknown.err, "does not contain the sensor's pose"));
-  CHECK(against("--pose " + pose).exit_code == 0);
-  CHECK(Json::parse(against("--pose " + pose).out)["same"] == 10);
+  CHECK(against("--pose " + rail_pose).exit_code == 0);
+  CHECK(Json::parse(against("--pose " + rail_pose).out)["same"] == 10);
   CHECK(Json::parse(against("--no-pose").out)["different"] == 10);
-  CHECK(Json::parse(against("--method lbea --pose " + pose).out)["different"] == 10);
-  const test::Outcome other = bench.replay("run.mcap --model " LBEA_OTHER_MODEL " --pose " + pose);
+  CHECK(Json::parse(against("--method lbea --pose " + rail_pose).out)["different"] == 10);
+  const test::Outcome other = bench.replay("run.mcap --model " LBEA_OTHER_MODEL " --pose " + rail_pose);
   CHECK(other.exit_code == 0);
   CHECK(contains(other.err, "is not the model of the recording"));
 }
@@ -390,8 +381,7 @@ TEST_CASE("a replay requests a receipt from the matcher, and a requested stop is
 // 0.
 TEST_CASE("a replay into a model ends with the test's verdict; when no frame is matched, it fails") {
   Bench bench;
-  const std::string pose = (test::data() / "rail-demo/sensor.json").string();
-  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", pose});
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose});
   const test::Outcome matched = bench.replay("run.mcap --model " LBEA_MODEL);
   CHECK(matched.exit_code == 0);
   CHECK_MESSAGE(contains(matched.out, "\ntest: "), matched.out);

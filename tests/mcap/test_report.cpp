@@ -12,11 +12,6 @@ Outcome report(const Bench& bench, const std::string& arguments) {
   return run_program(LBEA_REPORT " " + arguments, bench.folder.path());
 }
 
-const std::string& rail_pose() {
-  static const std::string file = (test::data() / "rail-demo/sensor.json").string();
-  return file;
-}
-
 void send_test(Camera& camera, std::uint64_t session, std::uint64_t frames) {
   for (std::uint64_t id = 0; id < frames; ++id) camera.send(id, session);
   camera.end(frames, session);
@@ -26,7 +21,7 @@ void send_test(Camera& camera, std::uint64_t session, std::uint64_t frames) {
 
 TEST_CASE("a report has the accounts of lbea-inspect, and no text of the recording becomes markup") {
   Bench bench;
-  record(bench, "<b>run&.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  record(bench, "<b>run&.mcap", 20, {"--method", "fit", "--pose", rail_pose});
   const Outcome made = report(bench, "'<b>run&.mcap' -o report.html --json");
   REQUIRE_MESSAGE(made.exit_code == 0, made.err);
   const Json summary = Json::parse(made.out), inspected = bench.inspect("'<b>run&.mcap'", 0);
@@ -44,7 +39,7 @@ TEST_CASE("a report has the accounts of lbea-inspect, and no text of the recordi
 
 TEST_CASE("a cut recording gives a report that says so; without a recording, an earlier report stays") {
   Bench bench;
-  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose});
   const auto bytes = std::filesystem::file_size(bench.file("run.mcap"));
   std::filesystem::resize_file(bench.file("run.mcap"), bytes - 100);  // without its end; all chunks remain
   const Outcome cut = report(bench, "run.mcap -o report.html --json");
@@ -65,10 +60,10 @@ TEST_CASE("a cut recording gives a report that says so; without a recording, an 
 TEST_CASE("--test chooses among the tests of a recording; the one with the most frames is the default") {
   Bench bench;
   {
-    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose()});
+    const auto server = bench.serve({"--record", bench.file("run.mcap"), "--method", "fit", "--pose", rail_pose});
     WireContext context;
     Camera camera(context, bench.frames());
-    camera.look_from(rail_pose());
+    camera.look_from(rail_pose);
     send_test(camera, 1, 6);
     REQUIRE(eventually([&] { return contains(text_of(bench.file("serve.err")), "end of stream before frame 6"); }));
     send_test(camera, 2, 15);
@@ -94,7 +89,7 @@ TEST_CASE("--test chooses among the tests of a recording; the one with the most 
 
 TEST_CASE("a report that is stopped or killed at any time leaves the earlier page or the whole new one") {
   Bench bench;
-  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose});
   const std::string made_by = bench.file("run.mcap") + " -o " + bench.file("report.html");
   const auto begin = std::chrono::steady_clock::now();
   REQUIRE(report(bench, made_by).exit_code == 0);
@@ -123,7 +118,7 @@ TEST_CASE("a report that is stopped or killed at any time leaves the earlier pag
 
 TEST_CASE("signals and table of a recorded test; an existing folder and the inputs are refused") {
   Bench bench;
-  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose});
   const Outcome made = report(bench, "run.mcap --mme 'Test 1' --channels-csv table.csv");
   REQUIRE_MESSAGE(made.exit_code == 0, made.err);
   const std::filesystem::path folder = bench.file("Test 1");
@@ -147,7 +142,7 @@ TEST_CASE("signals and table of a recorded test; an existing folder and the inpu
 
 TEST_CASE("a stopped or killed export leaves no folder or the whole one") {
   Bench bench;
-  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose()});
+  record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose});
   const auto begin = std::chrono::steady_clock::now();
   REQUIRE(report(bench, "run.mcap --mme whole").exit_code == 0);
   const std::chrono::duration<double> whole_run = std::chrono::steady_clock::now() - begin;

@@ -8,7 +8,6 @@ using namespace lbea::test;
 
 namespace {
 
-const std::string pose = LBEA_TEST_DATA "/rail-demo/sensor.json";
 constexpr std::uint64_t frames = 12;
 
 /// What a matcher with these models publishes about frames 0, 1, ... of the demo, then the end of the stream.
@@ -25,7 +24,7 @@ std::vector<std::string> server_arguments(const Bench& bench, const std::vector<
   std::vector<std::string> arguments{LBEA_SERVE};
   arguments.insert(arguments.end(), models.begin(), models.end());
   for (const std::string& argument : {std::string("--frames"), bench.frames(), std::string("--results"),
-                                      bench.results(), std::string("--pose"), pose, std::string("--json")})
+                                      bench.results(), std::string("--pose"), rail_pose, std::string("--json")})
     arguments.push_back(argument);
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
@@ -50,7 +49,7 @@ Served serve(const std::vector<std::string>& models, const std::vector<std::stri
   const auto hello = source.receive(30s);
   REQUIRE(hello);
   Camera camera(context, bench.frames());
-  camera.look_from(pose);
+  camera.look_from(rail_pose);
   Served served;
   REQUIRE(decode_state(*hello, served.state) == WireStatus::ok);
   for (std::uint64_t id = 0; id < frames; ++id) {

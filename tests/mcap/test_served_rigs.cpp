@@ -9,14 +9,13 @@ using namespace lbea::test;
 
 namespace {
 
-const std::string pose = LBEA_TEST_DATA "/rail-demo/sensor.json";
-
 /// What the demo's rig measures of a run that is not in the model, state by state.
 struct Measured {
   Measured() {
     const TemporaryFolder folder;
-    const Outcome outcome = run_program(
-        LBEA_SENSE " " LBEA_TEST_DATA "/rail-demo/experiment/run_043 --out frames --sensor " + pose, folder.path());
+    const Outcome outcome =
+        run_program(LBEA_SENSE " " LBEA_TEST_DATA "/rail-demo/experiment/run_043 --out frames --sensor " + rail_pose,
+                    folder.path());
     REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
     for (std::size_t step = 0; step < states; ++step) {
       const std::string digits = std::to_string(step);
@@ -77,9 +76,9 @@ class Rigs {
                                        "--frames",
                                        "right=" + right(),
                                        "--pose",
-                                       "left=" + pose,
+                                       "left=" + rail_pose,
                                        "--pose",
-                                       "right=" + pose,
+                                       "right=" + rail_pose,
                                        "--results",
                                        bench.results(),
                                        "--json",
@@ -315,8 +314,10 @@ TEST_CASE("rigs are refused in a sentence when names, poses or methods do not fi
   CHECK(contains(refusal("--frames ipc://a --frames ipc://b"), "give NAME=ENDPOINT"));
   CHECK(contains(refusal("--frames a=ipc://a --frames a=ipc://b"), "the name a is given to two rigs"));
   CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://a"), "--frames a and --frames b are both \"ipc://a\""));
-  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose c=" + pose), "the name of a rig of --frames"));
-  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose " + pose), "the name of a rig of --frames"));
+  CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose c=" + rail_pose),
+                 "the name of a rig of --frames"));
+  CHECK(
+      contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose " + rail_pose), "the name of a rig of --frames"));
   CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --pose a=none.json"), "none.json is not a file"));
   CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --method lbea"), "matched by --method fit"));
   CHECK(contains(refusal("--frames a=ipc://a --frames b=ipc://b --clock-offset-ns a=1.5"), "not a whole number"));

@@ -143,12 +143,12 @@ TEST_CASE("with --one-sender, rejected and dropped frames neither own the test n
 // Regression: the end of any stream ended the evaluation, and the path continued from one sender to the next.
 TEST_CASE("lbea-eval live ends with the sender that it evaluates, and reports a restarted one") {
   Bench bench;
-  const auto server = bench.serve({"--method", "fit", "--pose", (data() / "rail-demo/sensor.json").string()});
+  const auto server = bench.serve({"--method", "fit", "--pose", rail_pose});
   const auto evaluation =
       bench.start({LBEA_EVAL, "live", LBEA_MODEL, "--results", bench.results(), "--json"}, "eval", "lbea-eval: ready");
   WireContext context;
   Camera camera(context, bench.frames());
-  camera.look_from((data() / "rail-demo/sensor.json").string());
+  camera.look_from(rail_pose);
   for (std::uint64_t id = 0; id < 5; ++id) camera.send(id, 1);
   camera.end(0, 9);  // of a sender without frames
   for (std::uint64_t id = 0; id < 4; ++id) camera.send(id, 2);
