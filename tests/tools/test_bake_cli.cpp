@@ -1,6 +1,6 @@
 // lbea-bake: command line, output and exit codes.
-#include "tests/support/program.hpp"
 #include "tests/support/refusals.hpp"
+#include "tests/tools/bake_program.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -16,12 +16,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-const std::string demo = (data() / "rail-demo").string();
-const std::string few = " --modes 10 --steps 0,10,20 ";  // fast
-
-Outcome lbea_bake(const TemporaryFolder& folder, const std::string& arguments) {
-  return run_program(std::string(LBEA_BAKE) + " " + arguments, folder.path());
-}
+const std::string three_steps = " --modes 10 --steps 0,10,20 ";  // fast
 
 void check_refused(const std::string& arguments, int exit_code, const std::string& words) {
   CAPTURE(arguments);
@@ -217,7 +212,7 @@ TEST_CASE("100 modes of 36 vertices, times in ms without time_unit, a field that
 
 TEST_CASE("the demo is baked from its TOML file; flags override it") {
   const TemporaryFolder folder;
-  const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml" + few);
+  const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml" + three_steps);
   CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
   CHECK(outcome.out.find("30 of 10 simulations") != std::string::npos);
   CHECK(outcome.out.find("10 modes") != std::string::npos);
@@ -237,11 +232,11 @@ TEST_CASE("runs and region given by flags give the same model as a TOML file") {
   std::ofstream(folder / "two.toml") << "runs = ['" << demo << "/runs/run_023', '" << demo << "/runs/run_038']\n"
                                      << "reference_run = 'run_038'\nmode = 'over-time'\n"
                                      << "[region]\nnodes = '" << demo << "/region-nodes.txt'\n";
-  CHECK(lbea_bake(folder, "two.toml -o a.lbea" + few).exit_code == 0);
+  CHECK(lbea_bake(folder, "two.toml -o a.lbea" + three_steps).exit_code == 0);
   const std::string flags = "--run " + demo + "/runs/run_023 --run " + demo + "/runs/run_038/d3plot" +
                             " --reference run_038 --mode over-time --region-nodes " + demo + "/region-nodes.txt";
   for (const char* threads : {" --threads 1", " --threads 3"}) {
-    const Outcome outcome = lbea_bake(folder, flags + few + "-o b.lbea" + threads);
+    const Outcome outcome = lbea_bake(folder, flags + three_steps + "-o b.lbea" + threads);
     CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
     CHECK(text_of(folder / "a.lbea") == text_of(folder / "b.lbea"));
   }
@@ -252,7 +247,7 @@ TEST_CASE("runs and region given by flags give the same model as a TOML file") {
 
 TEST_CASE("--json prints the summary and nothing else") {
   const TemporaryFolder folder;
-  const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml -o m.lbea --json" + few);
+  const Outcome outcome = lbea_bake(folder, demo + "/ensemble.toml -o m.lbea --json" + three_steps);
   const auto json = nlohmann::json::parse(outcome.out);
   CHECK(json["samples"] == 30);
   CHECK(json["modes"] == 10);
@@ -263,7 +258,7 @@ TEST_CASE("--json prints the summary and nothing else") {
 
 TEST_CASE("the region: nodes that the sensor sees, parts and a box") {
   const TemporaryFolder folder;
-  const std::string run = "--run " + demo + "/runs/run_023 --json -o m.lbea" + few;
+  const std::string run = "--run " + demo + "/runs/run_023 --json -o m.lbea" + three_steps;
   const auto vertices = [&](const std::string& flags) {
     const Outcome outcome = lbea_bake(folder, run + flags);
     REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
@@ -282,8 +277,8 @@ TEST_CASE("the region: nodes that the sensor sees, parts and a box") {
 
 TEST_CASE("--correspondence false leaves out the correspondence") {
   const TemporaryFolder folder;
-  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o with.lbea" + few).exit_code == 0);
-  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o without.lbea --correspondence false" + few).exit_code == 0);
+  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o with.lbea" + three_steps).exit_code == 0);
+  CHECK(lbea_bake(folder, demo + "/ensemble.toml -o without.lbea --correspondence false" + three_steps).exit_code == 0);
   const auto saved =
       std::filesystem::file_size(folder / "with.lbea") - std::filesystem::file_size(folder / "without.lbea");
   const std::size_t section = 30 * 1276 * 4;

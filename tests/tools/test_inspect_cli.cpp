@@ -1,7 +1,7 @@
 // lbea-inspect on models: output and exit codes.
 #include "tests/runtime/forged_model.hpp"
 #include "tests/support/files.hpp"
-#include "tests/support/program.hpp"
+#include "tests/tools/bake_program.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -16,11 +16,7 @@ namespace {
 struct Baked {
   TemporaryFolder folder;
 
-  Baked() {
-    const std::string demo = (data() / "rail-demo").string();
-    run_program(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 10 --steps 0,20 -o m.lbea",
-                folder.path());
-  }
+  Baked() { lbea_bake(folder, demo + "/ensemble.toml --modes 10 --steps 0,20 -o m.lbea"); }
   [[nodiscard]] Outcome inspect(const std::string& arguments) const {
     return run_program(std::string(LBEA_INSPECT) + " " + arguments, folder.path());
   }
@@ -62,11 +58,8 @@ TEST_CASE("an intact model is listed as JSON") {
 
 TEST_CASE("the learned forecast is listed over the duration, of frames seen from the beginning") {
   const TemporaryFolder folder;
-  const std::string demo = (data() / "rail-demo").string();
-  REQUIRE(run_program(std::string(LBEA_BAKE) + " " + demo + "/ensemble.toml --modes 10 --views " + demo +
-                          "/sensor.json -o m.lbea",
-                      folder.path())
-              .exit_code == 0);
+  REQUIRE(lbea_bake(folder, demo + "/ensemble.toml --modes 10 --views " + demo + "/sensor.json -o m.lbea").exit_code ==
+          0);
   const Outcome outcome = run_program(std::string(LBEA_INSPECT) + " m.lbea --json", folder.path());
   const auto forecast = nlohmann::json::parse(outcome.out)["forecast"];
   const auto errors = forecast["error_90"].get<std::vector<double>>();
