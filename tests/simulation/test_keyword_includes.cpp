@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "adapters/simulation/open.hpp"
+#include "tests/simulation/opening.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -18,10 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string square = "*KEYWORD\n*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT_SHELL\n1,1,1,2,3,4\n";
-
-Error refusal(const fs::path& file) {
-  return error_of([&] { static_cast<void>(open_simulation(file)); });
-}
 
 /// The position of the node with this id.
 std::array<double, 3> position(const SimulationMesh& mesh, std::uint32_t id) {

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "adapters/simulation/open.hpp"
+#include "tests/simulation/opening.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -18,10 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Quad = std::array<std::uint32_t, 4>;
-
-Error refusal(const fs::path& file) {
-  return error_of([&] { static_cast<void>(open_simulation(file)); });
-}
 
 /// Two triangles that share an edge, in binary STL; the header begins like a text file's.
 std::string stl(float z, bool is_torn = false) {

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "adapters/simulation/open.hpp"
+#include "tests/simulation/opening.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -20,10 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void refused(const std::string& text, const std::vector<std::string>& words, Status status = Status::bad_input) {
-  const TemporaryFolder folder;
-  CAPTURE(text);
-  check_error(error_of([&] { static_cast<void>(open_simulation(put(folder / "a.mesh", text))); }), status, words);
+void mesh_refused(const std::string& text, const std::vector<std::string>& words, Status status = Status::bad_input) {
+  check_refused("a.mesh", text, words, status);
 }
 
 std::unique_ptr<SimulationReader> opened(const TemporaryFolder& folder, const std::string& text) {
@@ -39,15 +38,15 @@ const std::string faces = "element face 1\nproperty list uchar int vertex_index\
 }  // namespace
 
 TEST_CASE("keyword files: what is wrong is said with the line") {
-  refused("*NODE\n1,0,0,0\n\n", {"line 3", "\"\" is not an id"});
-  refused("*NODE\nx,0,0,0\n", {"line 2", "\"x\" is not an id"});
-  refused("*NODE\n1,0,0,0\n*ELEMENT_SHELL\n1,1,1,1\n", {"line 4", "at least three nodes"});
-  refused("*NODE\n1,0,0,0\n*ELEMENT_SOLID\n1\n", {"line 4", "a solid needs an id and a part"});
-  refused("*NODE\n1,0,0,0\n*ELEMENT_SOLID\n1,1\n$ the nodes\n", {"within a solid"});
-  refused("*KEYWORD\n*ELEMENT_SOLID_ORTHO\n", {"ELEMENT_SOLID_ORTHO"}, Status::unsupported_input);
-  refused("*KEYWORD\n*ELEMENT_SHELL_BETA_COMPOSITE\n", {"BETA_COMPOSITE"}, Status::unsupported_input);
+  mesh_refused("*NODE\n1,0,0,0\n\n", {"line 3", "\"\" is not an id"});
+  mesh_refused("*NODE\nx,0,0,0\n", {"line 2", "\"x\" is not an id"});
+  mesh_refused("*NODE\n1,0,0,0\n*ELEMENT_SHELL\n1,1,1,1\n", {"line 4", "at least three nodes"});
+  mesh_refused("*NODE\n1,0,0,0\n*ELEMENT_SOLID\n1\n", {"line 4", "a solid needs an id and a part"});
+  mesh_refused("*NODE\n1,0,0,0\n*ELEMENT_SOLID\n1,1\n$ the nodes\n", {"within a solid"});
+  mesh_refused("*KEYWORD\n*ELEMENT_SOLID_ORTHO\n", {"ELEMENT_SOLID_ORTHO"}, Status::unsupported_input);
+  mesh_refused("*KEYWORD\n*ELEMENT_SHELL_BETA_COMPOSITE\n", {"BETA_COMPOSITE"}, Status::unsupported_input);
   for (const char* other : {"*1AB\n", "*A1B\n", "*A{B\n", "*_AB\n", "*AB\n", "*\n"})
-    refused(other, {"none of the supported formats"}, Status::unsupported_input);
+    mesh_refused(other, {"none of the supported formats"}, Status::unsupported_input);
 }
 
 TEST_CASE("tetrahedra of ten nodes were read as hexahedra") {
@@ -61,17 +60,17 @@ TEST_CASE("tetrahedra of ten nodes were read as hexahedra") {
   CHECK(run->mesh().elements.size() == 4);
   CHECK(opened(folder, solid + "1,2,3,4,4,4,4,4,0,0\n")->mesh().elements.size() == 4);
   CHECK(opened(folder, nodes + "*ELEMENT_SOLID\n1,1,1,2,3,4,4,4,4,4,\n")->mesh().elements.size() == 4);
-  refused(solid + "1,2,3,4,5,6,7,8,9\n", {"line 14", "nodes 9 and 10"});
-  refused(solid + "1,2,3,4,5,6,7,8,8,8\n", {"line 14", "nodes 9 and 10"});
-  refused(nodes + "*ELEMENT_SOLID\n1,1,1,2,3,4,5,6,7,8,9,10\n", {"line 13", "at most 10 nodes"});
+  mesh_refused(solid + "1,2,3,4,5,6,7,8,9\n", {"line 14", "nodes 9 and 10"});
+  mesh_refused(solid + "1,2,3,4,5,6,7,8,8,8\n", {"line 14", "nodes 9 and 10"});
+  mesh_refused(nodes + "*ELEMENT_SOLID\n1,1,1,2,3,4,5,6,7,8,9,10\n", {"line 13", "at most 10 nodes"});
 }
 
 TEST_CASE("shells without the cards of their option: every second one was skipped") {
   const std::string nodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT_SHELL_THICKNESS\n";
   const std::string shells[]{"       1       1       1       2       3       4\n",
                              "       2       1       1       2       3       4\n"};
-  refused(nodes + shells[0] + shells[1], {"line 8", "this is a shell where the card of thicknesses"});
-  refused(nodes + "1,1,1,2,3,4\n2,1,1,2,3,4\n", {"line 8", "this is a shell"});
+  mesh_refused(nodes + shells[0] + shells[1], {"line 8", "this is a shell where the card of thicknesses"});
+  mesh_refused(nodes + "1,1,1,2,3,4\n2,1,1,2,3,4\n", {"line 8", "this is a shell"});
   const TemporaryFolder folder;
   for (const char* card :
        {"             1.2             1.2             1.2             1.2\n", "1,1,1,1,0\n", "1,1,1,1\n",
@@ -85,15 +84,15 @@ TEST_CASE("keyword files with a byte order mark are read, in UTF-16 named") {
   CHECK(opened(folder, "\xef\xbb\xbf" + text)->mesh().elements.size() == 1);
   std::string wide = "\xff\xfe";
   for (const char c : text) wide += {c, '\0'};
-  refused(wide, {"a.mesh: the text is in UTF-16; save it in UTF-8"}, Status::unsupported_input);
+  mesh_refused(wide, {"a.mesh: the text is in UTF-16; save it in UTF-8"}, Status::unsupported_input);
 }
 
 TEST_CASE("OBJ meshes: what is wrong is said with the line") {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  refused(three + "f 1 2 \\\n3\n", {"line 4", "write the face in one line"});
+  mesh_refused(three + "f 1 2 \\\n3\n", {"line 4", "write the face in one line"});
   for (const std::string word : {"-4", "4294967296", "0", "1.5", "x"})
-    refused(three + "f 1 2 " + word + "\n", {"line 4", "\"" + word + "\" is not a vertex"});
-  refused(three + "f 1 2\n", {"line 4", "three vertices"});
+    mesh_refused(three + "f 1 2 " + word + "\n", {"line 4", "\"" + word + "\" is not a vertex"});
+  mesh_refused(three + "f 1 2\n", {"line 4", "three vertices"});
 }
 
 TEST_CASE("keyword files: widths of fields, by file and by card, and cards that belong to an element") {
@@ -137,22 +136,24 @@ TEST_CASE("keyword files: widths of fields, by file and by card, and cards that 
 }
 
 TEST_CASE("PLY meshes: what is wrong is said with the byte") {
-  refused(ply("element vertex 1\nproperty float x\nproperty float y\n" + faces, "0 0\n3 0 0 0\n"), {"x, y and z"});
-  refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 -2\n"), {"a vertex that does not exist"});
-  refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 4294967295\n"), {"a vertex that does not exist"});
-  refused(ply(vertices + faces, "0 0 1e999 1 0 0 0 1 0\n3 0 1 2\n"), {"node 1", "not a number"});
-  refused("ply", {"none of the supported formats"}, Status::unsupported_input);
-  refused("plywood\n", {"none of the supported formats"}, Status::unsupported_input);
-  refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n2 0 1\n"), {"fewer than three vertices"});
-  refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 x 2\n"), {"expected a number"});
-  refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1"), {"cut short"});
-  refused(ply(vertices + "element face 1000\nproperty list uchar int vertex_index\n", "0 0 0 1 0 0 0 1 0\n3 0 1 2\n"),
-          {"declares 1000 rows"});
-  refused(ply(vertices + "element face 1\n", "0 0 0 1 0 0 0 1 0\n"), {"\"face\" has no properties"});
-  refused(ply("element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar int more\n" +
-                  faces,
-              "0 0 0 0 1 0 0 0 0 1 0 0\n3 0 1 2\n"),
-          {"PLY"}, Status::unsupported_input);
+  mesh_refused(ply("element vertex 1\nproperty float x\nproperty float y\n" + faces, "0 0\n3 0 0 0\n"), {"x, y and z"});
+  mesh_refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 -2\n"), {"a vertex that does not exist"});
+  mesh_refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1 4294967295\n"), {"a vertex that does not exist"});
+  mesh_refused(ply(vertices + faces, "0 0 1e999 1 0 0 0 1 0\n3 0 1 2\n"), {"node 1", "not a number"});
+  mesh_refused("ply", {"none of the supported formats"}, Status::unsupported_input);
+  mesh_refused("plywood\n", {"none of the supported formats"}, Status::unsupported_input);
+  mesh_refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n2 0 1\n"), {"fewer than three vertices"});
+  mesh_refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 x 2\n"), {"expected a number"});
+  mesh_refused(ply(vertices + faces, "0 0 0 1 0 0 0 1 0\n3 0 1"), {"cut short"});
+  mesh_refused(
+      ply(vertices + "element face 1000\nproperty list uchar int vertex_index\n", "0 0 0 1 0 0 0 1 0\n3 0 1 2\n"),
+      {"declares 1000 rows"});
+  mesh_refused(ply(vertices + "element face 1\n", "0 0 0 1 0 0 0 1 0\n"), {"\"face\" has no properties"});
+  mesh_refused(
+      ply("element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar int more\n" +
+              faces,
+          "0 0 0 0 1 0 0 0 0 1 0 0\n3 0 1 2\n"),
+      {"PLY"}, Status::unsupported_input);
 }
 
 TEST_CASE("PLY meshes: line ends of Windows, tabs, a blank behind the first word") {

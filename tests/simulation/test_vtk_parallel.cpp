@@ -4,6 +4,8 @@
 
 #include "adapters/simulation/grid/grid_reader.hpp"
 #include "adapters/simulation/open.hpp"
+#include "tests/simulation/opening.hpp"
+#include "tests/simulation/vtk_text.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -25,28 +27,25 @@ std::string naming(const std::vector<std::string>& pieces, const std::string& ty
   return text + "</" + type + "></VTKFile>";
 }
 
-std::string data(const std::string& name, const std::string& values, int components = 1) {
-  return "<DataArray type=\"Float32\" Name=\"" + name + "\" format=\"ascii\" NumberOfComponents=\"" +
-         std::to_string(components) + "\">" + values + "</DataArray>";
-}
-
 /// Triangles by the indices of their corners, with arrays of points and cells.
 std::string piece(int points, const std::string& positions, int triangles, const std::string& corners,
                   const std::string& point_arrays = "", const std::string& cell_arrays = "") {
   std::string ends;
   for (int t = 1; t <= triangles; ++t) ends += std::to_string(3 * t) + " ";
   return "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"" + std::to_string(points) +
-         "\" NumberOfPolys=\"" + std::to_string(triangles) + "\"><Points>" + data("p", positions, 3) +
-         "</Points><Polys>" + data("connectivity", corners) + data("offsets", ends) + "</Polys><PointData>" +
-         point_arrays + "</PointData><CellData>" + cell_arrays + "</CellData></Piece></PolyData></VTKFile>";
+         "\" NumberOfPolys=\"" + std::to_string(triangles) + "\"><Points>" + float_array("p", positions, 3) +
+         "</Points><Polys>" + float_array("connectivity", corners) + float_array("offsets", ends) +
+         "</Polys><PointData>" + point_arrays + "</PointData><CellData>" + cell_arrays +
+         "</CellData></Piece></PolyData></VTKFile>";
 }
 
 /// A square of two triangles, one per piece, that share the diagonal from (1, 0) to (0, 1), in a folder of its own.
 /// z: of the shared corner (1, 0) in the second piece.
 void put_square(const fs::path& folder, const std::string& name, const std::string& ids_a = "",
                 const std::string& ids_b = "", const std::string& z = "0") {
-  put(folder / (name + "_a.vtp"), piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", ids_a, data("stress", "1")));
-  put(folder / (name + "_b.vtp"), piece(3, "1 0 " + z + " 1 1 0 0 1 -0", 1, "0 1 2", ids_b, data("stress", "2")));
+  put(folder / (name + "_a.vtp"), piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", ids_a, float_array("stress", "1")));
+  put(folder / (name + "_b.vtp"),
+      piece(3, "1 0 " + z + " 1 1 0 0 1 -0", 1, "0 1 2", ids_b, float_array("stress", "2")));
   put(folder / (name + ".pvtp"), naming({name + "_a.vtp", name + "_b.vtp"}));
 }
 
@@ -63,17 +62,13 @@ std::vector<fs::path> pieces(const fs::path& file) {
   for (int i = 0; i < count; ++i) names.push_back(file.string() + std::to_string(i));
   return names;
 }
-
-Error refusal(const fs::path& file) {
-  return error_of([&] { static_cast<void>(open_simulation(file)); });
-}
 }  // namespace
 
 TEST_CASE("points of different pieces are one node by their ids, or where their coordinates are equal") {
   const TemporaryFolder folder;
   put_square(folder.path(), "plain");
-  put_square(folder.path(), "ids", data("NODE_ID", "7 8 9"), data("GlobalNodeId", "8 5 9"));
-  put_square(folder.path(), "known", data("NODE_ID", "7 8 9"), data("NODE_ID", "8 5 9"), "0.000001");
+  put_square(folder.path(), "ids", float_array("NODE_ID", "7 8 9"), float_array("GlobalNodeId", "8 5 9"));
+  put_square(folder.path(), "known", float_array("NODE_ID", "7 8 9"), float_array("NODE_ID", "8 5 9"), "0.000001");
   for (const char* name : {"plain.pvtp", "known.pvtp"}) {
     CAPTURE(name);
     const auto run = open_simulation(folder / name);
@@ -87,7 +82,7 @@ TEST_CASE("points of different pieces are one node by their ids, or where their 
   }
   CHECK(open_simulation(folder / "known.pvtp")->mesh().node_ids == std::vector<std::uint32_t>{5, 7, 8, 9});
   check_error(refusal(folder / "ids.pvtp"), Status::bad_input, {"ids_b.vtp", "GlobalNodeId"});
-  put_square(folder.path(), "local", data("NODE_ID", "1 2 3"), data("NODE_ID", "1 2 3"));
+  put_square(folder.path(), "local", float_array("NODE_ID", "1 2 3"), float_array("NODE_ID", "1 2 3"));
   check_error(refusal(folder / "local.pvtp"), Status::bad_input,
               {"local.pvtp: points 0 and 3", "the same node", "node ids of the whole mesh"});
 }
@@ -115,7 +110,7 @@ TEST_CASE("numbered parallel files and collections of them are runs; joined node
   const TemporaryFolder folder;
   put_square(folder.path(), "s_1");
   put_square(folder.path(), "s_2");
-  put(folder / "s_2_a.vtp", piece(3, "0 0 3 1 0 0 0 1 0", 1, "0 1 2", "", data("stress", "1")));
+  put(folder / "s_2_a.vtp", piece(3, "0 0 3 1 0 0 0 1 0", 1, "0 1 2", "", float_array("stress", "1")));
   SimulationState state;
   for (const fs::path& given : {folder / "s_1.pvtp", folder.path()}) {
     const auto run = open_simulation(given);
@@ -138,12 +133,12 @@ TEST_CASE("numbered parallel files and collections of them are runs; joined node
 
 TEST_CASE("pieces may be empty, and give their time; cells of their neighbors are left out") {
   const TemporaryFolder folder;
-  put(folder / "a.vtp", "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"><Points>" + data("p", "", 3) +
-                            "</Points></Piece></PolyData></VTKFile>");
-  put(folder / "b.vtp",
-      piece(4, "0 0 0 1 0 0 0 1 0 1 1 0", 2, "0 1 2 1 3 2", "", data("vtkGhostLevels", "0 1") + data("stress", "4 5")));
+  put(folder / "a.vtp", "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"><Points>" +
+                            float_array("p", "", 3) + "</Points></Piece></PolyData></VTKFile>");
+  put(folder / "b.vtp", piece(4, "0 0 0 1 0 0 0 1 0 1 1 0", 2, "0 1 2 1 3 2", "",
+                              float_array("vtkGhostLevels", "0 1") + float_array("stress", "4 5")));
   std::string timed = text_of(folder / "b.vtp");
-  timed.insert(timed.find("<Piece"), "<FieldData>" + data("TimeValue", "3.5") + "</FieldData>");
+  timed.insert(timed.find("<Piece"), "<FieldData>" + float_array("TimeValue", "3.5") + "</FieldData>");
   put(folder / "c.vtp", std::regex_replace(timed, std::regex("vtkGhostLevels"), "vtkGhostType"));
   put(folder / "run.pvtp", naming({"a.vtp", "b.vtp", "c.vtp"}));
   const auto run = open_simulation(folder / "run.pvtp");
@@ -154,12 +149,12 @@ TEST_CASE("pieces may be empty, and give their time; cells of their neighbors ar
 
 TEST_CASE("numbered parallel files have times of their own, or their pieces'; points with id 0 are not joined") {
   const TemporaryFolder folder;
-  const std::string id = data("NODE_ID", "1 2 0");
+  const std::string id = float_array("NODE_ID", "1 2 0");
   for (const std::string number : {"1", "2"}) {
     put(folder / ("p" + number + ".vtp"), piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", id));
     put(folder / ("q" + number + ".vtp"), piece(3, "0 0 0 1 0 0 5 5 5", 1, "0 1 2", id));
     std::string text = naming({"p" + number + ".vtp", "q" + number + ".vtp"});
-    text.insert(text.find("<Piece"), "<FieldData>" + data("TimeValue", "0." + number) + "</FieldData>");
+    text.insert(text.find("<Piece"), "<FieldData>" + float_array("TimeValue", "0." + number) + "</FieldData>");
     put(folder / ("run" + number + ".pvtp"), text);
   }
   check_error(refusal(folder / "run1.pvtp"), Status::bad_input, {"node id 0 belongs to two points"});
@@ -197,14 +192,14 @@ TEST_CASE("what is wrong with parallel files is said") {
   refused(naming({"run.pvtp"}), {"holds a PPolyData"}, Status::unsupported_input);
   const auto timed = [](const std::string& time) {
     std::string text = naming({"a.vtp"});
-    return text.insert(text.find("<Piece"), "<FieldData>" + data("TimeValue", time) + "</FieldData>");
+    return text.insert(text.find("<Piece"), "<FieldData>" + float_array("TimeValue", time) + "</FieldData>");
   };
   put(folder / "a.vtp", piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2"));
   for (const char* time : {"0,5", "", "t"}) refused(timed(time), {"run.pvtp: its TimeValue", "is not a number"});
   refused(naming({"a"}).substr(0, 60), {"run.pvtp, byte", "XML"});
   refused("<VTKFile type=\"Table\"><!-- \"PPolyData\" --></VTKFile>", {"neither a PUnstructuredGrid"},
           Status::unsupported_input);
-  put(folder / "a.vtp", piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", "", data("stress", "1")));
+  put(folder / "a.vtp", piece(3, "0 0 0 1 0 0 0 1 0", 1, "0 1 2", "", float_array("stress", "1")));
   put(folder / "b.vtp", piece(3, "1 0 0 1 1 0 0 1 0", 1, "0 1 2"));
   refused(naming({"a.vtp", "b.vtp"}), {"b.vtp: has no array \"stress\""});
   refused(naming({"b.vtp", "a.vtp"}), {"a.vtp: its array \"stress\" is not that of the earlier pieces"});

@@ -3,6 +3,8 @@
 
 #include "adapters/simulation/open.hpp"
 #include "adapters/simulation/vtk/vtk.hpp"
+#include "tests/simulation/opening.hpp"
+#include "tests/simulation/vtk_text.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -18,21 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string head = "# vtk DataFile Version 3.0\ntitle\nASCII\n";
-const std::string grid_head = head + "DATASET UNSTRUCTURED_GRID\n";
-const std::string three_points = "POINTS 3 float\n0 0 0 1 0 0 0 1 0\n";
-const std::string triangle = three_points + "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n";
-
 void refused(const std::string& text, const std::vector<std::string>& words, Status status = Status::bad_input) {
-  const TemporaryFolder folder;
-  CAPTURE(text);
-  check_error(error_of([&] { static_cast<void>(open_simulation(put(folder / "a.vtk", text))); }), status, words);
-}
-
-const grid::Array& array(const std::vector<grid::Array>& arrays, const std::string& name) {
-  const grid::Array* found = grid::find_array(arrays, name);
-  REQUIRE(found != nullptr);
-  return *found;
+  check_refused("a.vtk", text, words, status);
 }
 
 /// `attributes` of VTKFile; {} in the pieces' place.
@@ -40,27 +29,22 @@ std::string xml(const std::string& pieces, const std::string& attributes = "type
                 const std::string& element = "PolyData") {
   return "<VTKFile " + attributes + "><" + element + ">" + pieces + "</" + element + "></VTKFile>";
 }
-std::string data(const std::string& name, const std::string& type, const std::string& text,
-                 const std::string& more = "") {
-  return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" format=\"ascii\" " + more + ">" + text +
-         "</DataArray>";
-}
 std::string polygons(const std::string& connectivity, const std::string& offsets, const std::string& arrays = "") {
-  return "<Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points>" +
-         data("p", "Float32", "0 0 0 1 0 0 0 1 0", "NumberOfComponents=\"3\"") + "</Points><Polys>" + connectivity +
-         offsets + "</Polys><CellData>" + arrays + "</CellData></Piece>";
+  return "<Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points>" + float_array("p", "0 0 0 1 0 0 0 1 0", 3) +
+         "</Points><Polys>" + connectivity + offsets + "</Polys><CellData>" + arrays + "</CellData></Piece>";
 }
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
   return text.replace(text.find(what), what.size(), by);
 }
-const std::string corners = data("connectivity", "Int64", "0 1 2"), ends = data("offsets", "Int64", "3");
+const std::string triangle_corners = data_array("connectivity", "Int64", "0 1 2"),
+                  triangle_end = data_array("offsets", "Int64", "3");
 
 }  // namespace
 
 TEST_CASE("legacy files: what is wrong is said") {
   refused("# vtk DataFile Version 3.0\ntitle\nASKII\nDATASET POLYDATA\n", {"a.vtk, byte", "neither ASCII nor BINARY"});
-  refused(head + "POINTS 3 float\n", {"which DATASET"});
-  refused(head + "DATASET STRUCTURED_GRID\n", {"STRUCTURED_GRID is not read"}, Status::unsupported_input);
+  refused(legacy_head + "POINTS 3 float\n", {"which DATASET"});
+  refused(legacy_head + "DATASET STRUCTURED_GRID\n", {"STRUCTURED_GRID is not read"}, Status::unsupported_input);
   refused(grid_head + "POINTS x float\n", {"expected a count"});
   for (const char* count : {"-3", "4294967296"})
     refused(grid_head + "POINTS " + count + " float\n", {"expected a count"});
@@ -90,8 +74,10 @@ TEST_CASE("legacy files: what is wrong is said") {
   refused(grid_head + three_points +
               "CELLS 2 3\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n0 1 2\nCELL_TYPES 1\n5\n",
           {"offsets of cells decrease"});
-  refused(grid_head + triangle + "POINT_DATA 2\nSCALARS a float\n1 2\n", {"array \"a\" has 2 values", "for 3 points"});
-  refused(grid_head + triangle + "CELL_DATA 2\nSCALARS a float\n1 2\n", {"array \"a\" has 2 values", "for 1 cells"});
+  refused(grid_head + one_triangle + "POINT_DATA 2\nSCALARS a float\n1 2\n",
+          {"array \"a\" has 2 values", "for 3 points"});
+  refused(grid_head + one_triangle + "CELL_DATA 2\nSCALARS a float\n1 2\n",
+          {"array \"a\" has 2 values", "for 1 cells"});
   refused(grid_head + "POINTS 2 float\n0 0 0 1 0 0\nCELLS 1 3\n2 0 1\nCELL_TYPES 1\n3\n", {"no surface"},
           Status::unsupported_input);
 }
@@ -103,7 +89,7 @@ TEST_CASE("legacy files: every kind of attribute is read or passed over") {
       grid_head +
           "METADATA\nINFORMATION 0\n\nFIELD FieldData 3\nMETADATA\nCOMPONENT_NAMES\n\nTIME 1 1 double\n0.5\nnote 1 2 "
           "string\none\ntwo\nlist 2 1 int\n1 2\n" +
-          triangle +
+          one_triangle +
           "POINT_DATA 3\nVECTORS v%20w float\n1 2 3 4 5 6 7 8 9\nNORMALS n% float\n0 0 1 0 0 1 0 0 1\nTENSORS t "
           "float\n" +
           sevens +
@@ -114,17 +100,17 @@ TEST_CASE("legacy files: every kind of attribute is read or passed over") {
           "float\n8\nother 1 5 float\n1 2 3 4 5\n",
       "all");
   CHECK(read.time == 0.5);
-  CHECK(array(read.point_arrays, "v w").values == std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8, 9});
-  CHECK(array(read.point_arrays, "n%").components == 3);
-  CHECK(array(read.point_arrays, "t").values == std::vector<double>(27, 7));
-  CHECK(array(read.point_arrays, "s").components == 6);
-  CHECK(array(read.point_arrays, "g").values == std::vector<double>{5, 6, 7});
-  CHECK(array(read.point_arrays, "e").values.back() == 0);
-  CHECK(array(read.cell_arrays, "p").values.front() == 9);
-  CHECK(array(read.cell_arrays, "c").values == std::vector<double>{0.5, 0.5, 1});
-  CHECK(array(read.cell_arrays, "x").values == std::vector<double>{0.25, 0.75});
-  CHECK(array(read.cell_arrays, "two").values == std::vector<double>{3, 4});
-  CHECK(array(read.cell_arrays, "kept").values.front() == 8);
+  CHECK(array_in(read.point_arrays, "v w").values == std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8, 9});
+  CHECK(array_in(read.point_arrays, "n%").components == 3);
+  CHECK(array_in(read.point_arrays, "t").values == std::vector<double>(27, 7));
+  CHECK(array_in(read.point_arrays, "s").components == 6);
+  CHECK(array_in(read.point_arrays, "g").values == std::vector<double>{5, 6, 7});
+  CHECK(array_in(read.point_arrays, "e").values.back() == 0);
+  CHECK(array_in(read.cell_arrays, "p").values.front() == 9);
+  CHECK(array_in(read.cell_arrays, "c").values == std::vector<double>{0.5, 0.5, 1});
+  CHECK(array_in(read.cell_arrays, "x").values == std::vector<double>{0.25, 0.75});
+  CHECK(array_in(read.cell_arrays, "two").values == std::vector<double>{3, 4});
+  CHECK(array_in(read.cell_arrays, "kept").values.front() == 8);
   CHECK(grid::find_array(read.cell_arrays, "other") == nullptr);  // of another length
 }
 
@@ -132,7 +118,7 @@ TEST_CASE("polygons: vertices, lines, polygons and strips, numbered in this orde
   const TemporaryFolder folder;
   const fs::path file =
       put(folder / "a.vtk",
-          head +
+          legacy_head +
               "DATASET POLYDATA\nPOINTS 5 float\n0 0 0 1 0 0 0 1 0 1 1 0 0 2 0\nTRIANGLE_STRIPS 1 6\n5 0 1 2 3 4\n"
               "POLYGONS 2 10\n3 0 1 2\n5 0 1 3 4 2\nLINES 1 3\n2 0 1\nVERTICES 1 2\n1 0\n"
               "CELL_DATA 5\nSCALARS plastic_strain float\n1 2 3 4 5\n");
@@ -202,32 +188,36 @@ TEST_CASE("XML files: what is wrong is said") {
   refused(xml("<Piece NumberOfPoints=\"many\"/>"), {"no number at NumberOfPoints"});
   refused(xml("<Piece NumberOfPoints=\"4294967296\"/>"), {"no number at NumberOfPoints"});
   refused(xml("<Piece NumberOfPoints=\"3 points\"/>"), {"no number at NumberOfPoints"});
-  refused(replaced(xml(polygons(corners, ends)), "0 0 0 1 0 0 0 1 0", "0 0 0 1 0 0          \n"),
+  refused(replaced(xml(polygons(triangle_corners, triangle_end)), "0 0 0 1 0 0 0 1 0", "0 0 0 1 0 0          \n"),
           {"fewer than 9 values"});
-  refused(replaced(xml(polygons(corners, ends)), "0 0 0 1 0", "0 0 1e999 1 0"), {"node 1", "not a number"});
-  refused(xml(polygons(corners, ends, data("a", "Float32", "", "NumberOfComponents=\"0\""))),
+  refused(replaced(xml(polygons(triangle_corners, triangle_end)), "0 0 0 1 0", "0 0 1e999 1 0"),
+          {"node 1", "not a number"});
+  refused(xml(polygons(triangle_corners, triangle_end, data_array("a", "Float32", "", "NumberOfComponents=\"0\""))),
           {"array \"a\" has 0 values of 0 components"});
   refused(xml("<Piece NumberOfPoints=\"3\"/>"), {"a piece without points"});
-  refused(xml("<Piece NumberOfPoints=\"1\"><Points>" + data("p", "Float128", "0 0 0") + "</Points></Piece>"),
+  refused(xml("<Piece NumberOfPoints=\"1\"><Points>" + data_array("p", "Float128", "0 0 0") + "</Points></Piece>"),
           {"values of type Float128"}, Status::unsupported_input);
   refused(xml("<Piece NumberOfPoints=\"1\"><Points><DataArray type=\"Float32\" format=\"appended\" "
               "offset=\"9\"/></Points></Piece>"),
           {"ends before the data"});
-  refused(xml(polygons(corners, "")), {"no array \"offsets\" for its cells"});
-  refused(xml(polygons("", ends)), {"no array \"connectivity\" for its cells"});
-  refused(xml(polygons(data("connectivity", "Int64", "0 -1 2"), ends)), {"an index that is negative or too large"});
-  refused(xml(polygons(data("connectivity", "Int64", "0 1"), ends)), {"connectivity"});
-  refused(xml(polygons(corners, ends, data("a", "Float32", "1", "NumberOfComponents=\"x\""))),
+  refused(xml(polygons(triangle_corners, "")), {"no array \"offsets\" for its cells"});
+  refused(xml(polygons("", triangle_end)), {"no array \"connectivity\" for its cells"});
+  refused(xml(polygons(data_array("connectivity", "Int64", "0 -1 2"), triangle_end)),
+          {"an index that is negative or too large"});
+  refused(xml(polygons(data_array("connectivity", "Int64", "0 1"), triangle_end)), {"connectivity"});
+  refused(xml(polygons(triangle_corners, triangle_end, data_array("a", "Float32", "1", "NumberOfComponents=\"x\""))),
           {"no number at NumberOfComponents"});
-  refused(xml(polygons(corners, ends, data("a", "Float32", "1")) +
-              polygons(corners, ends, data("a", "Float32", "1 2", "NumberOfComponents=\"2\""))),
+  refused(xml(polygons(triangle_corners, triangle_end, data_array("a", "Float32", "1")) +
+              polygons(triangle_corners, triangle_end, data_array("a", "Float32", "1 2", "NumberOfComponents=\"2\""))),
           {"pieces with different arrays \"a\""});
-  refused(xml(polygons(corners, ends, data("a", "Float32", "1")) + polygons(corners, ends)),
+  refused(xml(polygons(triangle_corners, triangle_end, data_array("a", "Float32", "1")) +
+              polygons(triangle_corners, triangle_end)),
           {"array \"a\" has 1 values"});
   const auto unstructured = [](const std::string& offsets, const std::string& types) {
-    return xml("<Piece NumberOfPoints=\"3\" NumberOfCells=\"2\"><Points>" + data("p", "Float32", "0 0 0 1 0 0 0 1 0") +
-                   "</Points><Cells>" + data("connectivity", "Int64", "0 1 2 0 1 2") +
-                   data("offsets", "Int64", offsets) + data("types", "Int16", types) + "</Cells></Piece>",
+    return xml("<Piece NumberOfPoints=\"3\" NumberOfCells=\"2\"><Points>" +
+                   data_array("p", "Float32", "0 0 0 1 0 0 0 1 0") + "</Points><Cells>" +
+                   data_array("connectivity", "Int64", "0 1 2 0 1 2") + data_array("offsets", "Int64", offsets) +
+                   data_array("types", "Int16", types) + "</Cells></Piece>",
                "type=\"UnstructuredGrid\"", "UnstructuredGrid");
   };
   refused(unstructured("3 6", "5 256"), {"a type of cell that does not exist"});
@@ -275,7 +265,7 @@ TEST_CASE("collections: what is wrong is said") {
               "<DataSet timestep=\"1\" part=\"0\" file=\"a.vtu\"/><DataSet timestep=\"1\" part=\"1\" file=\"b.vtu\"/>"),
           {"several files at time 1.0"}, Status::unsupported_input);
   const TemporaryFolder folder;
-  const fs::path file = put(folder / "part.vtp", xml(polygons(corners, ends)));
+  const fs::path file = put(folder / "part.vtp", xml(polygons(triangle_corners, triangle_end)));
   const fs::path pvd = put(folder.path() / "elsewhere" / "run.pvd",
                            collection("<DataSet timestep=\"2\" file=\"" + file.string() + "\"/>"));  // absolute
   CHECK(open_simulation(pvd)->time_s(0) == 2);
@@ -284,11 +274,11 @@ TEST_CASE("collections: what is wrong is said") {
 TEST_CASE("states of a series lack nothing that the first one has; displacements are told by their times") {
   const TemporaryFolder folder;
   SimulationState state;
-  put(folder / "a1.vtk", grid_head + triangle + "CELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\n5\n");
-  put(folder / "a2.vtk", grid_head + triangle);
+  put(folder / "a1.vtk", grid_head + one_triangle + "CELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\n5\n");
+  put(folder / "a2.vtk", grid_head + one_triangle);
   check_error(error_of([&] { open_simulation(folder / "a1.vtk")->read(1, state); }), Status::bad_input,
               {"a2.vtk", "no array \"stress\"", "a1.vtk"});
-  put(folder / "a2.vtk", grid_head + triangle + "CELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\nnan\n");
+  put(folder / "a2.vtk", grid_head + one_triangle + "CELL_DATA 1\nSCALARS stress float\nLOOKUP_TABLE default\nnan\n");
   open_simulation(folder / "a1.vtk")->read(1, state);
   CHECK(std::isnan(state.fields[0][0]));  // what is no number stays none
   put(folder / "a2.vtk", grid_head +
@@ -298,7 +288,7 @@ TEST_CASE("states of a series lack nothing that the first one has; displacements
               {"a2.vtk", "node 1", "not a number"});
   const fs::path file = put(
       folder.path() / "b" / "run.vtk",
-      grid_head + triangle +
+      grid_head + one_triangle +
           "POINT_DATA 3\nVECTORS displacement_t0.5 float\n0 0 1 0 0 0 0 0 0\nVECTORS displacement_tx float\n"
           "0 0 0 0 0 0 0 0 0\nVECTORS displacement float\n0 0 0 0 0 0 0 0 0\nSCALARS displacement_t9 float\n0 0 0\n");
   const auto run = open_simulation(file);

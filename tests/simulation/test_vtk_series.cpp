@@ -3,6 +3,7 @@
 
 #include "adapters/export/vtu.hpp"
 #include "adapters/simulation/open.hpp"
+#include "tests/simulation/vtk_text.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
@@ -43,11 +44,6 @@ std::string grid_xml(const std::string& z, const std::string& point_data) {
          "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int64\" "
          "Name=\"offsets\" format=\"ascii\">3</DataArray></Polys><PointData>" +
          point_data + "</PointData></Piece></PolyData></VTKFile>";
-}
-
-std::string values(const std::string& name, int components, const std::string& text) {
-  return "<DataArray type=\"Float32\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
-         "\" format=\"ascii\">" + text + "</DataArray>";
 }
 
 }  // namespace
@@ -182,10 +178,10 @@ TEST_CASE("displacements in one file are a run") {
   const TemporaryFolder folder;
   const fs::path file =
       put(folder / "run.vtp",
-          grid_xml("0", values("displacement_t0.005", 3, "0 0 -3 0 0 0 0 0 0") +
-                            values("displacement_t0.000", 3, "0 0 0 0 0 0 0 0 0") +
-                            values("plastic_strain_t0.000", 1, "0 0 0") +
-                            values("plastic_strain_t0.005", 1, "0.1 0.2 0.6") + values("mass", 1, "1 1 1")));
+          grid_xml("0", float_array("displacement_t0.005", "0 0 -3 0 0 0 0 0 0", 3) +
+                            float_array("displacement_t0.000", "0 0 0 0 0 0 0 0 0", 3) +
+                            float_array("plastic_strain_t0.000", "0 0 0") +
+                            float_array("plastic_strain_t0.005", "0.1 0.2 0.6") + float_array("mass", "1 1 1")));
   const auto run = open_simulation(file);
   REQUIRE(run->states() == 2);
   REQUIRE(run->fields().size() == 1);
@@ -203,8 +199,8 @@ TEST_CASE("displacements in one file are a run") {
 TEST_CASE("a numbered file with displacements is a run of its own, not a state of a series") {
   const TemporaryFolder folder;
   const auto text = [](const std::string& z) {
-    return grid_xml("0", values("displacement_t0.0", 3, "0 0 0 0 0 0 0 0 0") +
-                             values("displacement_t0.5", 3, "0 0 " + z + " 0 0 0 0 0 0"));
+    return grid_xml("0", float_array("displacement_t0.0", "0 0 0 0 0 0 0 0 0", 3) +
+                             float_array("displacement_t0.5", "0 0 " + z + " 0 0 0 0 0 0", 3));
   };
   put(folder / "run_1.vtp", text("1"));
   put(folder / "run_2.vtp", text("2"));
@@ -224,8 +220,8 @@ TEST_CASE("a numbered file with displacements is a run of its own, not a state o
 TEST_CASE("displacements beside points that do not move are reported") {
   const TemporaryFolder folder;
   const auto write = [&](const std::string& name, const std::string& z, const std::string& vector) {
-    put(folder / (name + "_0.vtp"), grid_xml("0", values(vector, 3, "0 0 0 0 0 0 0 0 0")));
-    put(folder / (name + "_1.vtp"), grid_xml(z, values(vector, 3, "0 0 7 0 0 0 0 0 0")));
+    put(folder / (name + "_0.vtp"), grid_xml("0", float_array(vector, "0 0 0 0 0 0 0 0 0", 3)));
+    put(folder / (name + "_1.vtp"), grid_xml(z, float_array(vector, "0 0 7 0 0 0 0 0 0", 3)));
     const auto run = open_simulation(folder / (name + "_0.vtp"));
     SimulationState read;
     for (std::uint32_t state : {0u, 1u}) run->read(state, read);
