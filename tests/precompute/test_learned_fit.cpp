@@ -2,6 +2,7 @@
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
+#include "tests/precompute/depth_samples.hpp"
 
 #include <doctest/doctest.h>
 
@@ -10,35 +11,29 @@
 
 using namespace lbea;
 using namespace lbea::bake;
+using namespace lbea::test;
 
 namespace {
 
-constexpr std::uint32_t columns = 16, rows = 8, runs = 6, steps = 5;
+constexpr ImageSize ramp_image{16, 8};
+constexpr std::uint32_t ramp_runs = 6;
 
 double slope_of(const Sample& sample) { return sample.time_step * (1 + 0.1 * sample.simulation); }
 
 /// Depth = 100 mm + slope x column, stored in steps of 0.01 mm; the nodes are the cells of the first row.
 SampleSource ramps() {
-  SampleSource source;
-  source.length_unit = "mm";
-  source.nodes = columns;
-  source.camera.columns = columns;
-  source.camera.rows = rows;
-  source.camera.focal = 10;
-  source.camera.depth_origin = 99;
-  source.camera.depth_step = 0.01f;
-  for (std::uint32_t run = 0; run < runs; ++run)
-    for (std::uint32_t step = 0; step < steps; ++step) source.samples.push_back({run, step});
+  SampleSource source = depth_samples(ramp_image, ramp_runs, 5);
+  source.nodes = ramp_image.columns;
   source.read_images = [samples = source.samples](std::size_t first, std::span<std::uint16_t> images) {
-    constexpr std::size_t stride = padded_cells(columns * rows);
+    constexpr std::size_t stride = padded_cells(ramp_image.columns * ramp_image.rows);
     std::ranges::fill(images, empty_cell);
     for (std::size_t i = 0; i < images.size() / stride; ++i)
-      for (std::size_t cell = 0; cell < columns * rows; ++cell)
+      for (std::size_t cell = 0; cell < ramp_image.columns * ramp_image.rows; ++cell)
         images[i * stride + cell] = static_cast<std::uint16_t>(
-            std::lround(100 + 100 * slope_of(samples[first + i]) * static_cast<double>(cell % columns)));
+            std::lround(100 + 100 * slope_of(samples[first + i]) * static_cast<double>(cell % ramp_image.columns)));
   };
   source.read_positions = [samples = source.samples](std::size_t sample, std::span<float> positions) {
-    for (std::size_t node = 0; node < columns; ++node) {
+    for (std::size_t node = 0; node < ramp_image.columns; ++node) {
       positions[3 * node] = static_cast<float>(node);
       positions[3 * node + 1] = 0;
       positions[3 * node + 2] = static_cast<float>(slope_of(samples[sample]) * static_cast<double>(node));
@@ -56,10 +51,10 @@ bool is_connected(std::span<const float> observed) {
   reach(static_cast<std::uint32_t>(std::ranges::find_if(observed, [](float d) { return d < 0; }) - observed.begin()));
   for (std::size_t next = 0; next < reached.size(); ++next) {
     const std::uint32_t cell = reached[next];
-    if (cell % columns > 0) reach(cell - 1);
-    if (cell % columns + 1 < columns) reach(cell + 1);
-    if (cell >= columns) reach(cell - columns);
-    if (cell + columns < observed.size()) reach(cell + columns);
+    if (cell % ramp_image.columns > 0) reach(cell - 1);
+    if (cell % ramp_image.columns + 1 < ramp_image.columns) reach(cell + 1);
+    if (cell >= ramp_image.columns) reach(cell - ramp_image.columns);
+    if (cell + ramp_image.columns < observed.size()) reach(cell + ramp_image.columns);
   }
   return std::ssize(reached) == std::ranges::count_if(observed, [](float d) { return d < 0; });
 }
@@ -184,9 +179,10 @@ TEST_CASE("a hidden part is connected and has the share that was asked for") {
     const auto filled = [](std::span<const float> cells) {
       return std::ranges::count_if(cells, [](float d) { return d >= 0; });
     };
-    CHECK(filled(whole.observed(frame)) == columns * rows);
-    CHECK(filled(hidden.observed(frame)) == columns * rows - static_cast<int>(0.3 * columns * rows));
-    CHECK(is_connected(hidden.observed(frame).first(columns * rows)));
+    CHECK(filled(whole.observed(frame)) == ramp_image.columns * ramp_image.rows);
+    CHECK(filled(hidden.observed(frame)) ==
+          ramp_image.columns * ramp_image.rows - static_cast<int>(0.3 * ramp_image.columns * ramp_image.rows));
+    CHECK(is_connected(hidden.observed(frame).first(ramp_image.columns * ramp_image.rows)));
   }
 }
 
@@ -240,10 +236,11 @@ TEST_CASE("the regression predicts the shapes of left-out runs") {
   const Eigen::MatrixXd predicted = training.predict_left_out(frames, 2);
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const Sample& sample = source.samples[f];
-    if (sample.simulation == 0 || sample.simulation + 1 == runs) continue;  // these would be extrapolated
+    if (sample.simulation == 0 || sample.simulation + 1 == ramp_runs) continue;  // these would be extrapolated
     CAPTURE(f);
     // A tenth of the root mean square difference of two neighboring runs' shapes.
-    const double next = 0.1 * sample.time_step * std::sqrt((columns - 1) * (2 * columns - 1) / 6.0);
+    const double next =
+        0.1 * sample.time_step * std::sqrt((ramp_image.columns - 1) * (2 * ramp_image.columns - 1) / 6.0);
     const auto row = static_cast<Eigen::Index>(f);
     CHECK((predicted.row(row) - training.shapes().row(row)).norm() < 0.1 * next + 0.3);
   }
@@ -312,5 +309,5 @@ TEST_CASE("a disturbed image keeps its surface but for cells at edges or single 
     }
   }
   CHECK(lost > 60);
-  CHECK(lost < 60 * columns * rows / 4);
+  CHECK(lost < 60 * ramp_image.columns * ramp_image.rows / 4);
 }

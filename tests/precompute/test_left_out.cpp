@@ -2,6 +2,7 @@
 #include "precompute/depth_images/left_out.hpp"
 #include "precompute/depth_images/sample_cache.hpp"
 #include "precompute/rig/counter_random.hpp"
+#include "tests/precompute/depth_samples.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,25 +10,18 @@
 
 using namespace lbea;
 using namespace lbea::bake;
+using namespace lbea::test;
 
 namespace {
 
-constexpr std::uint32_t columns = 20, rows = 11, runs = 5, steps = 40, nodes = 500;
+constexpr ImageSize disc_image{20, 11};
 
 /// Images with discs of many sizes and depths; a node's position tells its sample.
 SampleSource discs() {
-  SampleSource source;
-  source.length_unit = "mm";
-  source.nodes = nodes;
-  source.camera.columns = columns;
-  source.camera.rows = rows;
-  source.camera.focal = 10;
-  source.camera.depth_origin = 99;
-  source.camera.depth_step = 0.01f;
-  for (std::uint32_t run = 0; run < runs; ++run)
-    for (std::uint32_t step = 0; step < steps; ++step) source.samples.push_back({run, step});
+  SampleSource source = depth_samples(disc_image, 5, 40);
+  source.nodes = 500;
   source.read_images = [](std::size_t first, std::span<std::uint16_t> images) {
-    constexpr std::size_t stride = padded_cells(columns * rows);
+    constexpr std::size_t stride = padded_cells(disc_image.columns * disc_image.rows);
     std::ranges::fill(images, empty_cell);
     for (std::size_t i = 0; i < images.size() / stride; ++i) {
       const std::uint64_t drawn = splitmix(first + i);
@@ -35,8 +29,9 @@ SampleSource discs() {
         return static_cast<double>((drawn >> shift) % most);
       };
       const double x = 6 + number(0, 8), y = 3 + number(8, 5), radius = 2 + number(16, 6);
-      for (std::size_t cell = 0; cell < columns * rows; ++cell) {
-        const double dx = static_cast<double>(cell % columns) - x, dy = static_cast<double>(cell / columns) - y;
+      for (std::size_t cell = 0; cell < disc_image.columns * disc_image.rows; ++cell) {
+        const double dx = static_cast<double>(cell % disc_image.columns) - x,
+                     dy = static_cast<double>(cell / disc_image.columns) - y;
         if (dx * dx + dy * dy < radius * radius)
           images[i * stride + cell] =
               static_cast<std::uint16_t>(500 + 40 * static_cast<int>(number(24, 16)) + 5 * static_cast<int>(dx));
