@@ -10,6 +10,7 @@
 namespace lbea::test {
 
 constexpr std::uint32_t renumbering = 40'000;
+constexpr PlateShape coarse{20, 10, 190, 90};  // elements of 10 x 10
 
 /// The same elements, nodes and elements in reverse order, with other ids.
 inline SimulationMesh renumbered(const SimulationMesh& mesh) {

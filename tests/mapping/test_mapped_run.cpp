@@ -11,7 +11,7 @@ using namespace lbea::test;
 
 namespace {
 
-constexpr PlateShape coarse{20, 10, 190, 90}, fine{34, 17, 190, 90};
+constexpr PlateShape fine{34, 17, 190, 90};
 
 SyntheticSimulation bending(const SimulationMesh& mesh, double angle, std::uint32_t steps = 4) {
   std::vector<SimulationState> states;

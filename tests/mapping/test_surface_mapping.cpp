@@ -12,8 +12,6 @@ using namespace lbea::test;
 
 namespace {
 
-constexpr PlateShape coarse{20, 10, 190, 90};  // elements of 10 x 10
-
 SurfaceMapping mapped(const SimulationMesh& reference, const SimulationMesh& run,
                       const MappingSettings& settings = {}) {
   return map_surface(reference, run, settings, "mm");

@@ -21,6 +21,14 @@ inline AlignedBytes channel_plates() {
   return AlignedBytes(folder / "m.lbea");
 }
 
+/// Baked once.
+inline const AlignedBytes& plates() {
+  static const AlignedBytes bytes = channel_plates();
+  return bytes;
+}
+
+inline Model model() { return Model::view(plates().span()); }
+
 /// A frame of a test, matched with a simulation's sample.
 inline wire::WireResult frame_like(const Model& model, std::uint64_t id, double time_s, Sample sample) {
   const std::uint32_t index = model.sample_index(sample);

@@ -19,13 +19,6 @@ namespace {
 
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
-const AlignedBytes& plates() {
-  static const AlignedBytes bytes = channel_plates();
-  return bytes;
-}
-
-Model model() { return Model::view(plates().span()); }
-
 /// NaN equals NaN.
 bool are_same(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(

@@ -11,13 +11,6 @@ using namespace lbea::test;
 
 namespace {
 
-const AlignedBytes& plates() {
-  static const AlignedBytes bytes = channel_plates();
-  return bytes;
-}
-
-Model model() { return Model::view(plates().span()); }
-
 void set_state(std::vector<wire::WireResult>& frames, std::uint32_t simulation) {
   for (wire::WireResult& frame : frames) {
     frame.test.frames = frame.frame_id + 1;

@@ -1,4 +1,5 @@
 // Quantities of interest in the report: which frames count, what is said about bounds.
+#include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 #include "tools/report/page/page.hpp"
 
@@ -12,7 +13,7 @@ using namespace lbea::test;
 
 namespace {
 
-const float unknown = std::nanf("");
+const float unknown_bound = std::nanf("");
 
 wire::WireResult frame_of(std::uint64_t id, std::vector<wire::WireChannel> channels) {
   wire::WireResult result;
@@ -46,8 +47,6 @@ std::string section_of(const std::vector<wire::WireResult>& results) {
   report.test = 0;
   return channels_section(report);
 }
-
-bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
 std::size_t count_of(const std::string& text, const std::string& part) {
   std::size_t count = 0;
@@ -105,12 +104,12 @@ TEST_CASE("doubtful frames are left out of values, peaks and curves, and counted
 }
 
 TEST_CASE("without bounds there is no band, and the page says so; without channels there is no section") {
-  const std::string without = section_of({frame_of(0, 1, unknown), frame_of(1, 2, unknown)});
+  const std::string without = section_of({frame_of(0, 1, unknown_bound), frame_of(1, 2, unknown_bound)});
   CHECK(contains(without, "have no bounds"));
   CHECK(contains(without, "No bound is known."));
   CHECK_FALSE(contains(without, "fill-opacity"));
   CHECK(contains(without, "class=\"curve\""));
-  const std::string partly = section_of({frame_of(0, 1, 0.5f), frame_of(1, 2, 0.25f), frame_of(2, 3, unknown)});
+  const std::string partly = section_of({frame_of(0, 1, 0.5f), frame_of(1, 2, 0.25f), frame_of(2, 3, unknown_bound)});
   CHECK(contains(partly, "fill-opacity"));
   CHECK(contains(partly, "Where the band is missing, no bound is known."));
   CHECK_FALSE(contains(partly, "have no bounds"));
@@ -122,7 +121,7 @@ TEST_CASE("what frames forecast of a channel's end has its own curve and band, w
   const auto foretold = [](std::uint64_t id, float end, float bound) {
     return frame_of(id, {{{1, 0.5f}, "end", "mm", {end, bound}}});
   };
-  const std::string section = section_of({foretold(0, 90, 20), foretold(1, 95, 10), foretold(2, 97, unknown)});
+  const std::string section = section_of({foretold(0, 90, 20), foretold(1, 95, 10), foretold(2, 97, unknown_bound)});
   CHECK(contains(section, "forecast of the end"));
   CHECK(contains(section, "90 % interval of the end"));
   CHECK_FALSE(contains(section_of({frame_of(0, 1, 0.5f), frame_of(1, 2, 0.5f)}), "forecast of the end"));
