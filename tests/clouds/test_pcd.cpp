@@ -74,9 +74,9 @@ std::string packed(const std::vector<Row>& rows) {
   return bytes + small.substr(0, size);
 }
 
-PointCloud parse(const std::string& bytes) { return parse_point_cloud(bytes_of(bytes), "a.pcd"); }
+PointCloud parse_pcd(const std::string& bytes) { return parse_point_cloud(bytes_of(bytes), "a.pcd"); }
 Error refusal(const std::string& bytes) {
-  return error_of([&] { (void)parse(bytes); });
+  return error_of([&] { (void)parse_pcd(bytes); });
 }
 
 }  // namespace
@@ -85,11 +85,12 @@ TEST_CASE("PCD in every storage gives the points") {
   for (const std::size_t count : {0u, 1u, 2u, 17u, 1000u}) {
     CAPTURE(count);
     const auto written = rows(count);
-    CHECK(same(parse(binary(written)).points, points_of(written)));
-    if (count > 0) CHECK(same(parse(packed(written)).points, points_of(written)));
-    CHECK(parse(binary(written)).stamp_ns == 77);
+    CHECK(same(parse_pcd(binary(written)).points, points_of(written)));
+    if (count > 0) CHECK(same(parse_pcd(packed(written)).points, points_of(written)));
+    CHECK(parse_pcd(binary(written)).stamp_ns == 77);
   }
-  CHECK(same(parse(header(2, "ascii") + "1 2.5 -1 3\n7 nan nan nan\n").points, {{-1, 2.5f, 3}, {none, none, none}}));
+  CHECK(
+      same(parse_pcd(header(2, "ascii") + "1 2.5 -1 3\n7 nan nan nan\n").points, {{-1, 2.5f, 3}, {none, none, none}}));
 }
 
 TEST_CASE(
@@ -97,8 +98,8 @@ TEST_CASE(
     "one the origin is a point") {
   const std::vector<Row> written{{0, 0, 0, 0},          {1, 2, 1, 3}, {2, 0, 0, 4},
                                  {3, none, none, none}, {4, 5, 0, 0}, {5, 0, 6, 0}};
-  CHECK(same(parse(binary(written, 2)).points, {{1, 2, 3}, {0, 0, 4}, {0, 5, 0}, {6, 0, 0}}));
-  CHECK(same(parse(binary(written, 1)).points,
+  CHECK(same(parse_pcd(binary(written, 2)).points, {{1, 2, 3}, {0, 0, 4}, {0, 5, 0}, {6, 0, 0}}));
+  CHECK(same(parse_pcd(binary(written, 1)).points,
              {{0, 0, 0}, {1, 2, 3}, {0, 0, 4}, {none, none, none}, {0, 5, 0}, {6, 0, 0}}));
 }
 

@@ -14,14 +14,14 @@ using namespace lbea::test;
 
 namespace {
 
-ParameterTable read(const std::string& text) {
+ParameterTable read_table(const std::string& text) {
   const TemporaryFolder folder;
   return read_parameters_csv(put(folder / "p.csv", text));
 }
 
 void check_refused(const std::string& text, const std::string& words) {
   CAPTURE(text);
-  check_error(error_of([&] { (void)read(text); }), Status::bad_input, {"p.csv, line ", words});
+  check_error(error_of([&] { (void)read_table(text); }), Status::bad_input, {"p.csv, line ", words});
 }
 
 using Words = std::vector<std::string>;
@@ -29,7 +29,7 @@ using Words = std::vector<std::string>;
 }  // namespace
 
 TEST_CASE("names, units, rows") {
-  const ParameterTable table = read("run,t_front [mm],mu [-],count\nrun_1,1.5,-2e-3,+7\nrun_2,0,1,2\n");
+  const ParameterTable table = read_table("run,t_front [mm],mu [-],count\nrun_1,1.5,-2e-3,+7\nrun_2,0,1,2\n");
   CHECK(table.names == Words{"t_front", "mu", "count"});
   CHECK(table.units == Words{"mm", "-", ""});
   CHECK(table.runs == Words{"run_1", "run_2"});
@@ -41,26 +41,27 @@ TEST_CASE("names, units, rows") {
 }
 
 TEST_CASE("tables of 0 rows and of 0 parameters") {
-  CHECK(read("run,a\n").runs.empty());
-  CHECK(read("run,a\n").names == Words{"a"});
-  const ParameterTable bare = read("run\nrun_1\n");
+  CHECK(read_table("run,a\n").runs.empty());
+  CHECK(read_table("run,a\n").names == Words{"a"});
+  const ParameterTable bare = read_table("run\nrun_1\n");
   CHECK(bare.names.empty());
   REQUIRE(bare.row("run_1").has_value());
   CHECK(bare.row("run_1")->empty());
 }
 
 TEST_CASE("missing values") {
-  const ParameterTable table = read("run,a,b,c,d,e\nx,,nan,NA,-, \n");
+  const ParameterTable table = read_table("run,a,b,c,d,e\nx,,nan,NA,-, \n");
   REQUIRE(table.values.size() == 5);
   for (const double value : table.values) CHECK(std::isnan(value));
 }
 
 TEST_CASE("other separators, the decimal comma, quotes, blanks, comments, line ends, a byte order mark") {
-  CHECK(read("run;a\nx;1,5\n").values == std::vector<double>{1.5});
-  CHECK(read("run\ta\nx\t1,5\n").values == std::vector<double>{1.5});
-  CHECK(read("run;a\nx;1.5\n").values == std::vector<double>{1.5});
-  CHECK(read("\xef\xbb\xbf# made today\r\nrun , a [m/s] \r\n\r\n x , 1.5 \r\n").values == std::vector<double>{1.5});
-  const ParameterTable quoted = read("\"run\",\"a, b [mm]\"\n\"run, one\",\"1.5\"\n");
+  CHECK(read_table("run;a\nx;1,5\n").values == std::vector<double>{1.5});
+  CHECK(read_table("run\ta\nx\t1,5\n").values == std::vector<double>{1.5});
+  CHECK(read_table("run;a\nx;1.5\n").values == std::vector<double>{1.5});
+  CHECK(read_table("\xef\xbb\xbf# made today\r\nrun , a [m/s] \r\n\r\n x , 1.5 \r\n").values ==
+        std::vector<double>{1.5});
+  const ParameterTable quoted = read_table("\"run\",\"a, b [mm]\"\n\"run, one\",\"1.5\"\n");
   CHECK(quoted.names == Words{"a, b"});
   CHECK(quoted.units == Words{"mm"});
   CHECK(quoted.runs == Words{"run, one"});
@@ -85,5 +86,5 @@ TEST_CASE("what is no table is refused with its line") {
 TEST_CASE("UTF-16 is named") {
   std::string wide = "\xff\xfe";
   for (const char c : std::string("run;t\nA;1\n")) wide += {c, '\0'};
-  check_error(error_of([&] { (void)read(wide); }), Status::unsupported_input, {"p.csv: the text is in UTF-16"});
+  check_error(error_of([&] { (void)read_table(wide); }), Status::unsupported_input, {"p.csv: the text is in UTF-16"});
 }

@@ -12,7 +12,7 @@ namespace {
 
 const std::string demo = (data() / "rail-demo").string();
 const std::vector<std::string> calls{"write", "sync", "rename", "truncate", "allocate"};
-constexpr unsigned long most = 15;
+constexpr unsigned long most_calls = 15;
 
 std::string bake_command(const std::string& output) {
   return LBEA_BAKE " --run " + demo + "/runs/run_023 --region-nodes " + demo +
@@ -23,19 +23,19 @@ std::string bake_command(const std::string& output) {
 
 TEST_CASE("any call of a bake fails") {
   for (const std::string& call : calls)
-    OneFile{bake_command("m.lbea"), "m.lbea"}.check(call, most, call == "allocate" ? 1000 : all);
+    OneFile{bake_command("m.lbea"), "m.lbea"}.check(call, most_calls, call == "allocate" ? 1000 : all);
 }
 
 TEST_CASE("any allocation of a small bake fails: all of them, in a long run") {
   const std::string run = (data() / "fuzz" / "d3plot" / "rich").string();
-  OneFile{LBEA_BAKE " --run " + run + " --modes 2 --threads 1 -o m.lbea", "m.lbea"}.check("allocate", most);
+  OneFile{LBEA_BAKE " --run " + run + " --modes 2 --threads 1 -o m.lbea", "m.lbea"}.check("allocate", most_calls);
 }
 
 TEST_CASE("any call of a recovery fails") {
   const TemporaryFolder folder;
   const auto damaged = put_damaged_recording(folder / "run.mcap.partial");
   for (const std::string& call : calls)
-    OneFile{LBEA_INSPECT " --recover " + damaged.string() + " -o fixed.mcap", "fixed.mcap"}.check(call, most);
+    OneFile{LBEA_INSPECT " --recover " + damaged.string() + " -o fixed.mcap", "fixed.mcap"}.check(call, most_calls);
 }
 
 TEST_CASE("any call of a replay into a model fails") {
@@ -44,7 +44,7 @@ TEST_CASE("any call of a replay into a model fails") {
   const auto recording = put_recording(folder / "run.mcap");
   const std::string command =
       LBEA_REPLAY " " + recording.string() + " --model " + (folder / "m.lbea").string() + " -o results.mcap";
-  for (const std::string& call : calls) OneFile{command, "results.mcap"}.check(call, most);
+  for (const std::string& call : calls) OneFile{command, "results.mcap"}.check(call, most_calls);
 }
 
 TEST_CASE("any call of a report fails") {
@@ -53,7 +53,7 @@ TEST_CASE("any call of a report fails") {
   const auto recording = put_recording(folder / "run.mcap");
   const std::string command =
       LBEA_REPORT " " + recording.string() + " --model " + (folder / "m.lbea").string() + " --no-pose -o report.html";
-  for (const std::string& call : calls) OneFile{command, "report.html"}.check(call, most);
+  for (const std::string& call : calls) OneFile{command, "report.html"}.check(call, most_calls);
 }
 
 TEST_CASE("a program that hangs is killed, and the test reports it") {

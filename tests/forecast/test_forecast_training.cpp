@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd;
 
-constexpr Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores, runs = 60;
+constexpr Index nodes = LearnedForecast::nodes, scores = LearnedForecast::shape_scores, runs_on_line = 60;
 
 double drawn(std::uint64_t seed, std::uint64_t i) { return CounterRandom(seed, i).normal(); }
 
@@ -31,14 +31,14 @@ void set_errors(Histories::Tests& tests, const MatrixXd& truth, double noise) {
 Histories on_a_line(double noise = 1e-3) {
   Histories histories;
   histories.means = MatrixXd::Zero(1 + nodes * Index{LearnedForecast::means_per_node}, scores);
-  histories.shapes = MatrixXd::Zero(runs, nodes * scores);
-  histories.finals = MatrixXd::Zero(runs, 6);
-  histories.parameters.resize(runs, 2);
-  histories.channels.assign(1, MatrixXd(runs, 1 + nodes));
+  histories.shapes = MatrixXd::Zero(runs_on_line, nodes * scores);
+  histories.finals = MatrixXd::Zero(runs_on_line, 6);
+  histories.parameters.resize(runs_on_line, 2);
+  histories.channels.assign(1, MatrixXd(runs_on_line, 1 + nodes));
   Histories::Tests& tests = histories.tests.front();
-  tests.runs = runs;
-  for (Index run = 0; run < runs; ++run) {
-    const double c = (static_cast<double>(run) - 0.5 * (runs - 1)) / runs;
+  tests.runs = runs_on_line;
+  for (Index run = 0; run < runs_on_line; ++run) {
+    const double c = (static_cast<double>(run) - 0.5 * (runs_on_line - 1)) / runs_on_line;
     for (Index node = 0; node < nodes; ++node) histories.shapes(run, node * scores) = c * static_cast<double>(node + 1);
     for (Index node = 0; node <= nodes; ++node)
       histories.channels[0](run, node) = 50 + 4 * c * static_cast<double>(node + 1);
@@ -106,9 +106,10 @@ TEST_CASE("before anything is seen, the bounds are those of the mean of the othe
   const TrainedForecast trained = learn_forecast(histories, 1);
   // The mean of the others is off by n / (n - 1) of a run's deviation; 0.9 (n + 1) / n of the runs are to be held.
   std::vector<double> off;
-  for (Index run = 0; run < runs; ++run) off.push_back(std::abs(histories.finals(run, 1)) * runs / (runs - 1));
+  for (Index run = 0; run < runs_on_line; ++run)
+    off.push_back(std::abs(histories.finals(run, 1)) * runs_on_line / (runs_on_line - 1));
   std::ranges::sort(off);
-  const auto held = static_cast<std::size_t>(std::ceil(0.9 * (runs + 1)));
+  const auto held = static_cast<std::size_t>(std::ceil(0.9 * (runs_on_line + 1)));
   CHECK(numbers_of(trained, 0).error_90 == doctest::Approx(off[held - 1]));
   CHECK(numbers_of(trained, 0).parameters[0].r2 == 0);
 }
@@ -116,7 +117,8 @@ TEST_CASE("before anything is seen, the bounds are those of the mean of the othe
 TEST_CASE("bounds are those of runs that are left out: a run that is unlike the others does not forecast itself") {
   Histories histories = on_a_line();
   // One run in eight ends where no other run like it does: more than bounds of 90 % may ignore.
-  for (Index run = 0; run < runs; run += 8) histories.finals(run, 1) += drawn(3, static_cast<std::uint64_t>(run)) * 1e3;
+  for (Index run = 0; run < runs_on_line; run += 8)
+    histories.finals(run, 1) += drawn(3, static_cast<std::uint64_t>(run)) * 1e3;
   histories.tests.front().finals = histories.finals;
   CHECK(numbers_of(learn_forecast(histories, 1), 5).error_90 > 50);
 }

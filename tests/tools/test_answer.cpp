@@ -16,7 +16,7 @@ using wire::WireVerdict;
 
 namespace {
 
-const std::vector<std::string> names{"plate_0", "plate_1", "plate_2", "plate_3"};
+const std::vector<std::string> plate_names{"plate_0", "plate_1", "plate_2", "plate_3"};
 
 /// A frame that matches alone, in a test with this verdict.
 WireResult frame(WireVerdict test_verdict, std::vector<wire::SimulationChance> chances, float coverage = 0.95f,
@@ -47,7 +47,7 @@ void check_begins_another(TestAnswer& answer, std::uint64_t session) {
 
 TEST_CASE("the answer names the verdict, and as many simulations as are needed to be sure") {
   const auto text = [](WireVerdict verdict, const std::vector<wire::SimulationChance>& chances) {
-    return answer_text(frame(verdict, chances).test, names);
+    return answer_text(frame(verdict, chances).test, plate_names);
   };
   CHECK(text(WireVerdict::matched, {{2, 0.997f}, {1, 0.003f}}) == "matched: plate_2 (100 %), misfit 2.17");
   CHECK(text(WireVerdict::ambiguous, {{2, 0.55f}, {1, 0.4f}, {0, 0.05f}}) ==
@@ -57,7 +57,7 @@ TEST_CASE("the answer names the verdict, and as many simulations as are needed t
   // Probabilities compare the simulations with each other; they do not say that one fits.
   CHECK(text(WireVerdict::no_simulation_fits, {{2, 1.0f}}) == "NO SIMULATION FITS, misfit 2.17; nearest: plate_2");
   CHECK(text(WireVerdict::unknown, {{9, 0.95f}}) == "no verdict yet; so far 9 (95 %)");
-  CHECK(answer_text({}, names) == "no verdict; only method fit judges a test");
+  CHECK(answer_text({}, plate_names) == "no verdict; only method fit judges a test");
 }
 
 TEST_CASE("a result of several rigs names those that it rests on") {

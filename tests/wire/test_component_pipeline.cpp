@@ -55,9 +55,9 @@ PipelineConfig two_components() {
   return config;
 }
 
-class Bench {
+class ComponentBench {
  public:
-  Bench()
+  ComponentBench()
       : source_(context_, "ipc://" + (folder_ / "frames").string(), WireLimits{.max_points = 10}),
         sink_(context_, "ipc://" + (folder_ / "results").string()),
         sender(context_, source_.endpoint()),
@@ -104,7 +104,7 @@ class Bench {
 }  // namespace
 
 TEST_CASE("each frame has a result of each component, in order, and is counted once, with the best of their statuses") {
-  Bench bench;
+  ComponentBench bench;
   const std::array<std::pair<float, WireStatus>, 7> frames{{{0, WireStatus::ok},
                                                             {2, WireStatus::ok},
                                                             {20, WireStatus::ok},
@@ -141,7 +141,7 @@ TEST_CASE("each frame has a result of each component, in order, and is counted o
 
 TEST_CASE(
     "an end of stream ends the test of all components; a frame's time in the matcher is that of the slowest one") {
-  Bench bench;
+  ComponentBench bench;
   bench.send(0, 0);
   REQUIRE(bench.sender.send(bench.encoder.end_of_stream(1, 1), 30s));
   bench.receive();
