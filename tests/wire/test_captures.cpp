@@ -131,6 +131,20 @@ TEST_CASE("a frame belongs to the nearer of two frames of the other rig") {
   CHECK(frames.next(1600) == Stamps{{0, 1500}, {1, 1390}});
 }
 
+// Regression: after a correction of a clock, each capture consisted of frames that were one interval apart.
+TEST_CASE("a frame is left to the next capture if its nearest frame is still to come") {
+  Grouped frames;
+  for (std::int64_t time = 0; time <= 2000; time += 350)
+    for (const std::uint32_t rig : {0u, 1u}) REQUIRE(frames.add(rig, time, time + 100));
+  while (frames.next(2000).size() == 2) {}
+  REQUIRE(frames.add(1, 2100, 2200));
+  CHECK(frames.next(2200).empty());
+  REQUIRE(frames.add(0, 2450, 2500));  // its rig's frame of 2100 is missing, and the other rig's of 2450 is late
+  CHECK(frames.next(2500) == Stamps{{1, 2100}});
+  REQUIRE(frames.add(1, 2450, 2600));
+  CHECK(frames.next(2600) == Stamps{{0, 2450}, {1, 2450}});
+}
+
 TEST_CASE("a frame that arrives after later ones were matched is refused, and its rig is waited for again") {
   Grouped frames;
   REQUIRE(frames.add(0, 10'000, 10'000));

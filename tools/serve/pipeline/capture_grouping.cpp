@@ -118,11 +118,15 @@ bool CaptureGrouping::is_due(const Rig& rig, const WaitingFrame& first) const no
   return !rig.has_sent || rig.latest_stamp_ns + interval_ns <= first.stamp_ns + config_.window.count();
 }
 
-/// Whether it is in the window, and no later frame of the first one's rig is nearer to it.
+/// Whether it is in the window, and no later frame of the first one's rig, which may not have arrived yet, is nearer to
+/// it.
 bool CaptureGrouping::belongs(const WaitingFrame& frame, const Rig& first) const noexcept {
-  const std::int64_t after = frame.stamp_ns - first.waiting.front().stamp_ns;
+  const std::int64_t begin = first.waiting.front().stamp_ns, after = frame.stamp_ns - begin;
   if (after > config_.window.count()) return false;
-  return first.waiting.size() < 2 || std::abs(first.waiting[1].stamp_ns - frame.stamp_ns) >= after;
+  const std::int64_t interval_ns = std::min(first.interval_ns, first.interval_before_ns);
+  if (first.waiting.size() < 2 && (interval_ns == 0 || !first.is_expected)) return true;
+  const std::int64_t later = first.waiting.size() < 2 ? begin + interval_ns : first.waiting[1].stamp_ns;
+  return std::abs(later - frame.stamp_ns) >= after;
 }
 
 std::span<const WaitingFrame> CaptureGrouping::next(std::int64_t now_ns, bool at_once) {
