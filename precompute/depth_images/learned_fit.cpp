@@ -288,6 +288,22 @@ std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthM
   return answers;
 }
 
+void learn_limits(const SampleSource& source, unsigned threads, LearnedFit& learned) {
+  const std::vector<LeftOut> answers = left_out_residuals(source, learned.metric, threads);
+  const ExpectedResiduals expected(answers);
+  std::ranges::transform(source.samples, learned.expected.begin(),
+                         [&](const Sample& sample) { return expected.at(sample.time_step); });
+  learned.limits = misfit_limits(answers, expected, learned.metric.mesh_noise);
+}
+
+/// What an ensemble of one simulation has.
+LearnedFit not_learned(const SampleSource& source) {
+  return {.metric = DepthMetric{}.in(source.length_unit),
+          .expected = std::vector<float>(source.samples.size(), 0.0f),
+          .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),
+          .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
+}
+
 /// Owns the memory of SensorViews' spans.
 struct RenderedImages {
   std::vector<std::uint16_t> depths;
@@ -298,15 +314,11 @@ struct RenderedImages {
 
 LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   const SampleSource source = with_cache(samples);
-  LearnedFit learned{.metric = DepthMetric{}.in(source.length_unit),
-                     .expected = std::vector<float>(source.samples.size(), 0.0f),
-                     .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),
-                     .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
+  LearnedFit learned = not_learned(source);
   if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) {
     learned.channels.resize(source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
     return learned;
   }
-
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
   const LeftOutTests whole(source, metrics, most_matched, 0, threads);
   auto [metric, of_whole] = choose_metric(source, whole, metrics, threads);
@@ -326,8 +338,8 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   if (regression.hidden_blend > 0)
     of_hidden =
         hidden.errors(0, learned.metric, regression, predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
-  FramePair frames;
-  if (regression.blend > 0) frames = learn_tests(seen_tests, hidden_tests, regression, predicted, learned);
+  FramePair frames =
+      regression.blend > 0 ? learn_tests(seen_tests, hidden_tests, regression, predicted, learned) : FramePair{};
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);
   learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
   if (source.read_field)
@@ -338,12 +350,7 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   learn_channels(source, frames, learned);
   learned.time_variation = time_variation(source, of_whole);
   learned.pose = learn_pose(source, learned.metric, threads);
-
-  const std::vector<LeftOut> answers = left_out_residuals(source, learned.metric, threads);
-  const ExpectedResiduals expected(answers);
-  std::ranges::transform(source.samples, learned.expected.begin(),
-                         [&](const Sample& sample) { return expected.at(sample.time_step); });
-  learned.limits = misfit_limits(answers, expected, learned.metric.mesh_noise);
+  learn_limits(source, threads, learned);
   return learned;
 }
 

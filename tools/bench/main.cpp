@@ -45,7 +45,7 @@ void add_server_options(Tool& tool, Options& options) {
       ->check(in_range(0.001, 1e6));
 }
 
-void add_options(Tool& tool, Options& options) {
+void add_clouds(Tool& tool, Options& options) {
   tool.add_option("model", options.model_file, "baked model (.lbea)")->required();
   tool.add_option("clouds", options.cloud_paths, "point clouds, or folders of them")->required();
   tool.add_option("--pose", options.pose_file,
@@ -60,6 +60,10 @@ void add_options(Tool& tool, Options& options) {
       ->check(in_range(1u, 10'000'000u));
   tool.add_option("--warm-up", options.schedule.warm_up, "number of frames before those, not timed")
       ->check(in_range(0u, 10'000'000u));
+}
+
+void add_options(Tool& tool, Options& options) {
+  add_clouds(tool, options);
   tool.add_choice("--method", options.matcher.method, method_names,
                   "lbea: in the eigenbasis (eq. 3); vtp: by positions (eq. 1); fit: depth images");
   tool.add_flag("--track", options.extras.tracks,

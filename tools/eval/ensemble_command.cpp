@@ -139,6 +139,16 @@ void declare_rounds(CommandLine& app, EvaluationPlan& plan) {
   app.add_flag("--strangers,!--no-strangers", plan.other_components, "also frames of other components");
 }
 
+void declare_knowledge(CommandLine& app, EnsembleArguments& arguments) {
+  app.add_flag("--fixed-pose{false}", arguments.plan.trial.estimate_pose,
+               "do not estimate the pose error of each test");
+  app.add_flag("--known-impact", arguments.plan.trial.knows_impact,
+               "do not estimate the time of impact, as lbea-serve with --trigger-ns");
+  app.add_flag("--frames-alone", arguments.plan.trial.frames_alone,
+               "match each frame without what the earlier ones of its test have shown")
+      ->excludes("--rig");
+}
+
 void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("ENSEMBLE", arguments.toml, "ensemble.toml: all runs, simulations and experiments")->required();
   app.add_option("--sensor", arguments.sensor, "sensor.json: the rig that senses the experiments, and its noise")
@@ -159,13 +169,7 @@ void declare(CommandLine& app, EnsembleArguments& arguments) {
   app.add_option("--seed", arguments.plan.trial.seed, "seed of the split, the noise and the disturbances");
   app.add_flag("--robustness", arguments.robustness,
                "also with disturbed frames: hidden, outliers, noise, thinned, pose error, all");
-  app.add_flag("--fixed-pose{false}", arguments.plan.trial.estimate_pose,
-               "do not estimate the pose error of each test");
-  app.add_flag("--known-impact", arguments.plan.trial.knows_impact,
-               "do not estimate the time of impact, as lbea-serve with --trigger-ns");
-  app.add_flag("--frames-alone", arguments.plan.trial.frames_alone,
-               "match each frame without what the earlier ones of its test have shown")
-      ->excludes(rig);
+  declare_knowledge(app, arguments);
   declare_disturbance(app, arguments.own);
   app.add_flag("--first-rig-alone", arguments.plan.trial.disturbs_first_rig_alone,
                "the frames of the rigs given by --rig are not disturbed")

@@ -89,6 +89,29 @@ void bind_channel(py::module_& module) {
       .def_readonly("final_bound_90", &ChannelForecast::final_bound_90, "the same bound of it");
 }
 
+void bind_state(py::class_<PyForecast>& type) {
+  const auto state = [](const PyForecast& self) -> const TestForecast& { return self.forecast.state(); };
+  add_property(type, "frames", "number of frames with evidence; without any, the forecast is what all runs share",
+               [state](const PyForecast& self) { return state(self).frames; });
+  add_property(type, "test_time_s", "of the latest frame with evidence",
+               [state](const PyForecast& self) { return state(self).test_time_s; });
+  add_property(type, "error_90", "the final shape's mean distance from the truth is below this in 90 % of such tests",
+               [state](const PyForecast& self) { return state(self).error_90; });
+  add_property(type, "run_weights", "one per simulation: the final shape is this combination of the runs' last samples",
+               [state](const PyForecast& self) {
+                 const auto weights = state(self).run_weights;
+                 return py::array_t<float>(static_cast<py::ssize_t>(weights.size()), weights.data());
+               });
+  add_property(type, "branch_probabilities", "one per branch", [state](const PyForecast& self) {
+    const auto branches = state(self).branch_probabilities;
+    return std::vector<float>(branches.begin(), branches.end());
+  });
+  add_property(type, "parameters", "dict of ParameterForecast by name; copies", &parameter_forecasts);
+  add_property(type, "channels",
+               "dict of ChannelForecast by name, empty for models baked before they were learned; copies",
+               &channel_forecasts);
+}
+
 }  // namespace
 
 void bind_forecast(py::module_& module) {
@@ -114,26 +137,7 @@ void bind_forecast(py::module_& module) {
             self.forecast.reset();
           },
           "Starts another test with the next frame.");
-  const auto state = [](const PyForecast& self) -> const TestForecast& { return self.forecast.state(); };
-  add_property(type, "frames", "number of frames with evidence; without any, the forecast is what all runs share",
-               [state](const PyForecast& self) { return state(self).frames; });
-  add_property(type, "test_time_s", "of the latest frame with evidence",
-               [state](const PyForecast& self) { return state(self).test_time_s; });
-  add_property(type, "error_90", "the final shape's mean distance from the truth is below this in 90 % of such tests",
-               [state](const PyForecast& self) { return state(self).error_90; });
-  add_property(type, "run_weights", "one per simulation: the final shape is this combination of the runs' last samples",
-               [state](const PyForecast& self) {
-                 const auto weights = state(self).run_weights;
-                 return py::array_t<float>(static_cast<py::ssize_t>(weights.size()), weights.data());
-               });
-  add_property(type, "branch_probabilities", "one per branch", [state](const PyForecast& self) {
-    const auto branches = state(self).branch_probabilities;
-    return std::vector<float>(branches.begin(), branches.end());
-  });
-  add_property(type, "parameters", "dict of ParameterForecast by name; copies", &parameter_forecasts);
-  add_property(type, "channels",
-               "dict of ChannelForecast by name, empty for models baked before they were learned; copies",
-               &channel_forecasts);
+  bind_state(type);
 }
 
 }  // namespace lbea::tool

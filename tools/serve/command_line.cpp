@@ -102,9 +102,7 @@ void add_operation_options(Tool& tool, ServeOptions& options) {
   tool.add_flag("--json", options.json, "print the closing tally, or the findings of --check, as JSON");
 }
 
-}  // namespace
-
-void add_options(Tool& tool, ServeOptions& options) {
+void add_endpoints(Tool& tool, ServeOptions& options) {
   tool.add_option("model", options.model_files,
                   "baked model (.lbea); several: each frame is matched with each of these components, which are named "
                   "after their files")
@@ -126,6 +124,12 @@ void add_options(Tool& tool, ServeOptions& options) {
                   "endpoint to publish the inferred field on, with its spread over the plausible samples")
       ->needs(inferred);
   inferred->needs("--inference");
+}
+
+}  // namespace
+
+void add_options(Tool& tool, ServeOptions& options) {
+  add_endpoints(tool, options);
   add_matching_options(tool, options);
   add_rig_options(tool, options);
   tool.add_usage_check([&options] {

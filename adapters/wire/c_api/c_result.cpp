@@ -78,6 +78,22 @@ void list(const std::vector<From>& from, std::vector<To>& into, const To*& begin
   begin = into.data();
   count = static_cast<std::uint32_t>(into.size());
 }
+
+lbea_wire_rig_frame rig_frame_of(const WireRigFrame& frame) noexcept {
+  return {frame.rig.c_str(),
+          frame.session,
+          frame.frame_id,
+          frame.stamp_ns,
+          static_cast<lbea_wire_frame_status>(frame.status),
+          verdict_of(frame),
+          frame.is_used ? 1 : 0,
+          frame.points.used,
+          frame.coverage,
+          frame.misfit,
+          frame.pose_turn,
+          frame.pose_shift,
+          frame.clock_correction_ns};
+}
 }  // namespace
 }  // namespace lbea::wire
 
@@ -109,21 +125,7 @@ lbea_wire_result lbea_wire_receiver::to_c(const WireResult& from) {
   list(from.channels, channels, to.channels, to.channel_count, [](const WireChannel& c) {
     return lbea_wire_channel{c.name.c_str(), c.unit.c_str(), c.value, c.bound_90, c.end.value, c.end.bound_90};
   });
-  list(from.rigs, rigs, to.rigs, to.rig_count, [](const WireRigFrame& f) {
-    return lbea_wire_rig_frame{f.rig.c_str(),
-                               f.session,
-                               f.frame_id,
-                               f.stamp_ns,
-                               static_cast<lbea_wire_frame_status>(f.status),
-                               verdict_of(f),
-                               f.is_used ? 1 : 0,
-                               f.points.used,
-                               f.coverage,
-                               f.misfit,
-                               f.pose_turn,
-                               f.pose_shift,
-                               f.clock_correction_ns};
-  });
+  list(from.rigs, rigs, to.rigs, to.rig_count, rig_frame_of);
   chances.clear();
   for (const SimulationChance& c : from.test.simulations) chances.push_back({c.simulation, c.probability});
   return to;
