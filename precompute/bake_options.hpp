@@ -15,16 +15,17 @@ struct BakeProgress {
   std::uint64_t done = 0, total = 0;
 };
 
-/// Do not influence the model, except for the two functions that stand for sensor descriptions.
+/// Makes the renderer of the samples' depth images for a sensor; low, high: box of all sample positions.
+using DepthRendering = std::function<std::unique_ptr<DepthRenderer>(const CommonMesh&, const std::array<float, 3>& low,
+                                                                    const std::array<float, 3>& high)>;
+
+/// Do not influence the model, except for the functions that stand for sensor descriptions.
 struct BakeOptions {
   unsigned threads = 0;  // 0: all processors
   /// One per node of the common mesh, 0 = hidden from the rig; positions: N x 3 at impact. Not set: all visible.
   std::function<std::vector<std::uint8_t>(const CommonMesh&, std::span<const float> positions)> visible_nodes;
-  /// Makes the renderer of the samples' depth images; low, high: box of all sample positions. Not set: a model without
-  /// depth images.
-  std::function<std::unique_ptr<DepthRenderer>(const CommonMesh&, const std::array<float, 3>& low,
-                                               const std::array<float, 3>& high)>
-      depth_renderer;
+  DepthRendering depth_renderer;  // not set: a model without depth images
+  std::vector<DepthRendering> more_depth_renderers;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
   std::function<bool()> cancelled;                    // called after every state; true ends the bake with BakeCancelled
   bool verifies_finished = false;  // a shard checks the bytes of finished files, and makes damaged ones again

@@ -89,7 +89,8 @@ struct EnsembleDescription {
   MappingSettings mapping;
   std::vector<ChannelDescription> channels;
   std::filesystem::path depth_sensor;  // sensor description: pose of the depth images, which method `fit` needs
-  std::filesystem::path output;        // empty: the caller decides
+  std::vector<std::filesystem::path> more_depth_sensors;  // of further rigs around the component
+  std::filesystem::path output;                           // empty: the caller decides
 
   [[nodiscard]] double margin() const {
     constexpr double default_mm = 25;

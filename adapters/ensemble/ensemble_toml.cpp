@@ -204,6 +204,21 @@ bake::ChannelDescription read_channel(TomlTable& table) {
   return channel;
 }
 
+/// views = "front.json", or ["left.json", "right.json"] for several rigs
+void read_views(TomlTable& table, bake::EnsembleDescription& description) {
+  if (!table.is_list("views")) return table.read_path("views", description.depth_sensor);
+  std::vector<std::string> sensors;
+  table.read("views", sensors);
+  if (sensors.empty() || std::ranges::count(sensors, "") > 0) table.fail("views", "is empty or names an empty file");
+  for (const std::string& sensor : sensors) {
+    const auto file = (table.folder() / sensor).lexically_normal();
+    if (description.depth_sensor.empty())
+      description.depth_sensor = file;
+    else
+      description.more_depth_sensors.push_back(file);
+  }
+}
+
 bake::EnsembleDescription read_description(TomlTable table) {
   bake::EnsembleDescription description;
   description.runs = read_runs(table);
@@ -225,7 +240,7 @@ bake::EnsembleDescription read_description(TomlTable table) {
   table.read("correspondence", description.correspondence);
   if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
   for (TomlTable& channel : table.tables("channel")) description.channels.push_back(read_channel(channel));
-  table.read_path("views", description.depth_sensor);
+  read_views(table, description);
   if (description.depth_sensor.empty()) description.depth_sensor = description.region.sensor;
   table.read_path("output", description.output);
   table.refuse_unknown_keys();

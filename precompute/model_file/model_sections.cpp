@@ -174,9 +174,33 @@ void plan_forecast(std::vector<PlannedSection>& plan, const format::Info& info, 
                   {windows, channels * LearnedForecast::values_per_channel, most}});
 }
 
+/// Depth images, and what the bake learns from them; part: of the rig.
+void plan_views(std::vector<PlannedSection>& plan, const format::Info& info, const DepthCamera& camera,
+                std::uint32_t part) {
+  const std::uint64_t s = info.samples;
+  plan.push_back({SectionId::view_camera, part, ElementType::f64, {format::depth_camera_words}});
+  plan.push_back({SectionId::view_size, part, ElementType::u32, {2}});
+  plan.push_back({SectionId::view_depths, part, ElementType::u16, {s, padded_cells(camera)}});
+  constexpr std::uint64_t image_scores = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
+  const std::uint64_t trained = ShapeRegression::trained_with(s);
+  plan.push_back({SectionId::regression_numbers, part, ElementType::f64, {5}});
+  plan.push_back(
+      {SectionId::regression_basis, part, ElementType::f32, {2 + image_scores, ShapeRegression::features(camera)}});
+  plan.push_back({SectionId::regression_images, part, ElementType::f32, {trained, image_scores}});
+  plan.push_back({SectionId::regression_weights, part, ElementType::f32, {shape_scores, format::padded(trained)}});
+  plan.push_back({SectionId::regression_shapes, part, ElementType::f32, {s, shape_scores}});
+  plan.push_back({SectionId::pose_numbers, part, ElementType::f64, {2}});
+  plan.push_back({SectionId::hidden_numbers, part, ElementType::f64, {3}});
+  plan.push_back({SectionId::time_numbers, part, ElementType::f64, {1}});
+  plan.push_back({SectionId::spread_bounds, part, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
+  plan.push_back({SectionId::expected_residuals, part, ElementType::f32, {s}});
+  plan.push_back({SectionId::pose_spreads, part, ElementType::f64, {PoseSpreads::times, 6, 6}});
+}
+
 /// Sections written sample by sample, and those known at the end.
-void plan_large_sections(ModelPlan& model, const EnsembleDescription& description,
-                         const std::optional<DepthCamera>& camera, std::uint64_t channels) {
+void plan_large_sections(ModelPlan& model, const BakePlan& bake) {
+  const EnsembleDescription& description = bake.description;
+  const std::uint64_t channels = bake.channels.size();
   const format::Info& info = model.info;
   std::vector<PlannedSection>& plan = model.sections;
   const std::uint64_t s = info.samples, n = info.vertices;
@@ -193,24 +217,10 @@ void plan_large_sections(ModelPlan& model, const EnsembleDescription& descriptio
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
   if (has_landmarks(info, description)) plan_landmarks(plan, info);
   if (channels > 0) plan.push_back({SectionId::channel_values, 0, ElementType::f32, {channels, s}});
-  if (!camera) return;
-  plan.push_back({SectionId::view_camera, 0, ElementType::f64, {format::depth_camera_words}});
-  plan.push_back({SectionId::view_size, 0, ElementType::u32, {2}});
-  plan.push_back({SectionId::view_depths, 0, ElementType::u16, {s, padded_cells(*camera)}});
-  constexpr std::uint64_t image_scores = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
-  const std::uint64_t trained = ShapeRegression::trained_with(s);
-  plan.push_back({SectionId::regression_numbers, 0, ElementType::f64, {5}});
-  plan.push_back(
-      {SectionId::regression_basis, 0, ElementType::f32, {2 + image_scores, ShapeRegression::features(*camera)}});
-  plan.push_back({SectionId::regression_images, 0, ElementType::f32, {trained, image_scores}});
-  plan.push_back({SectionId::regression_weights, 0, ElementType::f32, {shape_scores, format::padded(trained)}});
-  plan.push_back({SectionId::regression_shapes, 0, ElementType::f32, {s, shape_scores}});
-  plan.push_back({SectionId::pose_numbers, 0, ElementType::f64, {2}});
-  plan.push_back({SectionId::hidden_numbers, 0, ElementType::f64, {3}});
-  plan.push_back({SectionId::time_numbers, 0, ElementType::f64, {1}});
-  plan.push_back({SectionId::spread_bounds, 0, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
-  plan.push_back({SectionId::expected_residuals, 0, ElementType::f32, {s}});
-  plan.push_back({SectionId::pose_spreads, 0, ElementType::f64, {PoseSpreads::times, 6, 6}});
+  if (!bake.camera) return;
+  plan_views(plan, info, *bake.camera, 0);
+  for (std::uint32_t rig = 0; rig < bake.more_cameras.size(); ++rig)
+    plan_views(plan, info, bake.more_cameras[rig], rig + 1);
   if (channels > 0)
     plan.push_back({SectionId::channel_bounds, 0, ElementType::f64, {channels, LearnedChannels::kinds, 3}});
   plan_forecast(plan, info, channels);
@@ -236,11 +246,11 @@ ModelPlan plan_model(const BakePlan& plan, const std::vector<ReferenceBasis>& ba
   // The length is planned before the kept variance is known; blanks fill the rest.
   model.provenance_size = provenance_json(plan, bases, 0, left_out).size() + 32;
   model.small.plan(model.sections);
-  plan_large_sections(model, plan.description, plan.camera, plan.channels.size());
+  plan_large_sections(model, plan);
   return model;
 }
 
-void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned) {
+void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned, std::uint32_t part) {
   format::DepthCameraWords words{{},
                                  double{camera.focal},
                                  double{camera.center_column},
@@ -253,26 +263,27 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
                                  double{learned.metric.one_sided},
                                  double{learned.hidden_error_per_spread}};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
-  writer.write_bytes(SectionId::view_camera, 0, 0, std::as_bytes(std::span(&words, 1)));
-  writer.write<std::uint32_t>(SectionId::view_size, 0, 0, std::array{camera.columns, camera.rows});
-  writer.write<float>(SectionId::expected_residuals, 0, 0, learned.expected);
+  writer.write_bytes(SectionId::view_camera, part, 0, std::as_bytes(std::span(&words, 1)));
+  writer.write<std::uint32_t>(SectionId::view_size, part, 0, std::array{camera.columns, camera.rows});
+  writer.write<float>(SectionId::expected_residuals, part, 0, learned.expected);
   const TrainedShapes& shapes = learned.shapes;
-  writer.write<double>(SectionId::regression_numbers, 0, 0,
+  writer.write<double>(SectionId::regression_numbers, part, 0,
                        std::array{double{shapes.one_sided}, double{shapes.length_scale}, double{shapes.blend},
                                   double{shapes.most_difference}, double{learned.error_per_spread}});
-  writer.write<float>(SectionId::regression_basis, 0, 0, shapes.basis);
-  writer.write<float>(SectionId::regression_images, 0, 0, shapes.images);
-  writer.write<float>(SectionId::regression_weights, 0, 0, shapes.weights);
-  writer.write<float>(SectionId::regression_shapes, 0, 0, shapes.shapes);
-  writer.write<double>(SectionId::pose_numbers, 0, 0, std::array{learned.pose.variance, learned.pose.drift_evidence});
+  writer.write<float>(SectionId::regression_basis, part, 0, shapes.basis);
+  writer.write<float>(SectionId::regression_images, part, 0, shapes.images);
+  writer.write<float>(SectionId::regression_weights, part, 0, shapes.weights);
+  writer.write<float>(SectionId::regression_shapes, part, 0, shapes.shapes);
+  writer.write<double>(SectionId::pose_numbers, part, 0,
+                       std::array{learned.pose.variance, learned.pose.drift_evidence});
   for (std::size_t i = 0; i < PoseSpreads::times; ++i)
-    writer.write<double>(SectionId::pose_spreads, 0, 36 * i, learned.pose.spreads.at_times[i]);
+    writer.write<double>(SectionId::pose_spreads, part, 36 * i, learned.pose.spreads.at_times[i]);
   writer.write<double>(
-      SectionId::hidden_numbers, 0, 0,
+      SectionId::hidden_numbers, part, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});
-  writer.write<double>(SectionId::time_numbers, 0, 0, std::array{double{learned.time_variation}});
+  writer.write<double>(SectionId::time_numbers, part, 0, std::array{double{learned.time_variation}});
   for (std::size_t i = 0; i < learned.bounds.size(); ++i)
-    writer.write<double>(SectionId::spread_bounds, 0, 2 * i,
+    writer.write<double>(SectionId::spread_bounds, part, 2 * i,
                          std::array{learned.bounds[i].share, learned.bounds[i].per_spread});
 }
 

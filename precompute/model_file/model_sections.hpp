@@ -112,7 +112,8 @@ struct ModelPlan {
 
 /// Sections 64, 65 and 0x8001 to 0x800B: camera and metric, size, and what was learned; the images are written sample
 /// by sample.
-void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned);
+/// part: of the rig.
+void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned, std::uint32_t part);
 /// Section 0x8023.
 void write_channel_bounds(ModelWriter& writer, const LearnedFit& learned);
 /// Sections 0x8018 to 0x801D; with channels also 0x8024 and 0x8025.

@@ -3,6 +3,7 @@
 #include "precompute/channels/channel_history.hpp"
 #include "precompute/depth_images/branches.hpp"
 #include "precompute/model_file/model_sections.hpp"
+#include "precompute/parallel.hpp"
 #include "precompute/samples/sample_record.hpp"
 
 namespace lbea::bake {
@@ -130,6 +131,40 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const Fi
     fields.read(static_cast<std::uint32_t>(field), sample, values);
   };
   return source;
+}
+
+/// The depth images of further rigs, rendered of the samples that are written.
+void write_more_views(const BakePlan& plan, const SampleSource& first, const BakeOptions& options,
+                      ModelWriter& writer) {
+  const Survey& survey = plan.survey;
+  Stage rendering(options, "views", plan.more_cameras.size() * first.samples.size());
+  for (std::uint32_t part = 1; part <= plan.more_cameras.size(); ++part) {
+    const DepthCamera& camera = plan.more_cameras[part - 1];
+    const auto renderer = part <= options.more_depth_renderers.size()
+                              ? options.more_depth_renderers[part - 1](survey.mesh, survey.min, survey.max)
+                              : nullptr;
+    if (renderer == nullptr || camera_key(renderer->camera()) != camera_key(camera))
+      throw Error(Status::bad_config, "a further sensor description changed since the bake was planned; plan again");
+    const std::size_t cells = padded_cells(camera);
+    work_in_parallel(first.samples.size(), options.threads, [&](const auto& next) {
+      std::vector<float> positions(3 * first.nodes);
+      std::vector<std::uint16_t> image(cells);
+      for (std::size_t sample = next(); sample < first.samples.size(); sample = next()) {
+        rendering.check();
+        first.read_positions(sample, positions);
+        renderer->render(positions, image);
+        writer.write<std::uint16_t>(SectionId::view_depths, part, sample * cells, image);
+        rendering.step();
+      }
+    });
+    SampleSource source = first;
+    source.camera = camera;
+    source.channels.clear();  // their bounds are those of the first rig's frames
+    source.read_images = [&](std::size_t sample, std::span<std::uint16_t> images) {
+      writer.read<std::uint16_t>(SectionId::view_depths, part, sample * cells, images);
+    };
+    write_learned_fit(writer, camera, learn_fit(source, options.threads), part);
+  }
 }
 
 /// One row per run; NaN: not given.
@@ -275,7 +310,8 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   if (plan.camera) {
     const SampleSource source = source_of(plan, writer, appender.fields());
     const LearnedFit learned = learn_fit(source, options.threads);
-    write_learned_fit(writer, *plan.camera, learned);
+    write_learned_fit(writer, *plan.camera, learned, 0);
+    write_more_views(plan, source, options, writer);
     write_channel_bounds(writer, learned);
     write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
   }

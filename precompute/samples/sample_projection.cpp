@@ -262,7 +262,12 @@ std::vector<std::size_t> surveyed_runs(const BakePlan& plan) {
 
 void plan_samples(BakePlan& plan, const BakeOptions& options) {
   const Survey& survey = plan.survey;
-  if (options.depth_renderer) plan.camera = options.depth_renderer(survey.mesh, survey.min, survey.max)->camera();
+  const auto camera_of = [&](const DepthRendering& rendering) {
+    return rendering(survey.mesh, survey.min, survey.max)->camera();
+  };
+  if (options.depth_renderer) plan.camera = camera_of(options.depth_renderer);
+  for (const DepthRendering& rendering : options.more_depth_renderers)
+    plan.more_cameras.push_back(camera_of(rendering));
   set_keys(plan);
 }
 

@@ -6,7 +6,7 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 7;
+constexpr std::uint32_t work_version = 8;
 constexpr WorkName plan_name{WorkKind::plan, 7};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
@@ -44,7 +44,7 @@ static void members(auto& a, PlannedChannel& c) {
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
     d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.channels,
-    d.depth_sensor, d.output);
+    d.depth_sensor, d.more_depth_sensors, d.output);
 }
 static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
 static void members(auto& a, Ensemble& e) {
@@ -57,7 +57,7 @@ static void members(auto& a, DepthCamera& c) {
   a(c.T_reference_sensor, c.focal, c.center_column, c.center_row, c.depth_origin, c.depth_step, c.columns, c.rows);
 }
 static void members(auto& a, BakePlan& p) {
-  a(p.description, p.ensemble, p.survey, p.runs, p.bases, p.channels, p.camera);
+  a(p.description, p.ensemble, p.survey, p.runs, p.bases, p.channels, p.camera, p.more_cameras);
 }
 static void members(auto& a, BakedTree& t) { a(t.order, t.boxes, t.ranges); }
 static void members(auto& a, ReferenceBasis& b) {

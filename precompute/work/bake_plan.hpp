@@ -33,6 +33,7 @@ struct BakePlan {
   std::vector<std::uint64_t> bases;               // keys, per reference
   std::vector<PlannedChannel> channels;           // as in the description
   std::optional<DepthCamera> camera;              // of the depth images, when there are any
+  std::vector<DepthCamera> more_cameras;          // of further rigs' images, which the merge renders
   double reading_seconds = 0, bases_seconds = 0;  // duration of these steps; not kept in the file
 };
 

@@ -67,6 +67,8 @@ TEST_CASE("values of another type are refused with key and line") {
   check_refused("landmarks = 1", {"\"landmarks\"", "true or false"});
   check_refused("region = {box = {min = [0, 0, 2], max = [1, 1, 1]}}", {"above max"});
   check_refused("region = {sensor = \"\"}", {"region.sensor", "empty"});
+  check_refused("views = []", {"views", "empty"});
+  check_refused("views = [\"a.json\", \"\"]", {"views", "empty"});
   check_refused("steps = 1", {"\"steps\"", "table"});
   check_refused("steps = []", {"empty"});
   check_refused("steps = [1, 2, 1]", {"step 1 twice"});

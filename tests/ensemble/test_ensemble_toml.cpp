@@ -28,6 +28,17 @@ using Counts = std::vector<std::uint32_t>;
 
 }  // namespace
 
+TEST_CASE("depth images are rendered for one rig or for several") {
+  const EnsembleFile ensemble;
+  const EnsembleDescription one = ensemble.read("runs = ['runs/*']\nviews = 'a.json'\n");
+  CHECK(one.depth_sensor == ensemble.folder / "a.json");
+  CHECK(one.more_depth_sensors.empty());
+  const EnsembleDescription three = ensemble.read("runs = ['runs/*']\nviews = ['a.json', 'rigs/b.json', 'c.json']\n");
+  CHECK(three.depth_sensor == ensemble.folder / "a.json");
+  CHECK(three.more_depth_sensors ==
+        std::vector<std::filesystem::path>{ensemble.folder / "rigs/b.json", ensemble.folder / "c.json"});
+}
+
 TEST_CASE("channels are read in their order, with nodes and places") {
   const EnsembleFile ensemble;
   const auto channels = ensemble

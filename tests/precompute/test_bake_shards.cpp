@@ -324,6 +324,34 @@ TEST_CASE("a sensor other than the planned one and invalid shards are refused") 
               Status::bad_config, {"no shard 2 of 2"});
 }
 
+TEST_CASE("the merge renders the images of further rigs, which have the bytes of a single process") {
+  CountedPlates plates = counted_plates(4);
+  for (EnsembleRun& run : plates.ensemble.runs) run.source = run.name;
+  const auto with_more = [](unsigned threads) {
+    BakeOptions options = shard_options(threads);
+    for (const float deeper : {10.0f, 20.0f})
+      options.more_depth_renderers.push_back(
+          [deeper](const CommonMesh&, const std::array<float, 3>& low, const std::array<float, 3>& high) {
+            return std::make_unique<FormulaRenderer>(std::array{low[0], low[1], low[2] - deeper}, high);
+          });
+    return options;
+  };
+  const TemporaryFolder folder;
+  bake_model(plates.ensemble, shard_description(), folder / "alone.lbea", with_more(1));
+  const WorkFolder work(folder / "work", false);
+  (void)plan_bake(work, plates.ensemble, shard_description(), with_more(1));
+  const BakePlan plan = read_plan(work, [&](const std::string& source) {
+    return std::ranges::find(plates.ensemble.runs, source, &EnsembleRun::name)->open();
+  });
+  for (const std::uint32_t shard : {0u, 1u}) bake_shard(work, plan, {shard, 2}, with_more(1));
+  const auto file = folder / "merged.lbea";
+  check_error(error_of([&] { merge_shards(work, plan, file, shard_options()); }), Status::bad_config,
+              {"sensor", "plan again"});
+  CHECK_FALSE(std::filesystem::exists(file));
+  merge_shards(work, plan, file, with_more(3));
+  CHECK(text_of(file) == text_of(folder / "alone.lbea"));
+}
+
 TEST_CASE("reading a plan restores what was written") {
   CountedPlates plates = counted_plates(3);
   for (EnsembleRun& run : plates.ensemble.runs) run.source = run.name;

@@ -56,6 +56,22 @@ TEST_CASE("an intact model is listed as JSON") {
   CHECK(end == json["bytes"]);
 }
 
+TEST_CASE("a model lists the rigs whose depth images it holds") {
+  const TemporaryFolder folder;
+  auto right = nlohmann::json::parse(text_of(demo + "/sensor.json"));
+  double& x = *right["T_reference_sensor"][0][3].get_ptr<double*>();
+  x += 50;
+  put(folder / "right.json", right.dump());
+  REQUIRE(lbea_bake(folder, demo + "/ensemble.toml --modes 10 --steps 0,20 --views " + demo +
+                                "/sensor.json --views right.json -o m.lbea")
+              .exit_code == 0);
+  const Outcome outcome = run_program(std::string(LBEA_INSPECT) + " m.lbea --json", folder.path());
+  const auto views = nlohmann::json::parse(outcome.out)["views"];
+  REQUIRE(views.size() == 2);
+  CHECK(views[0]["T_reference_sensor"][3].get<double>() == doctest::Approx(x - 50));
+  CHECK(views[1]["T_reference_sensor"][3].get<double>() == doctest::Approx(x));
+}
+
 TEST_CASE("the learned forecast is listed over the duration, of frames seen from the beginning") {
   const TemporaryFolder folder;
   REQUIRE(lbea_bake(folder, demo + "/ensemble.toml --modes 10 --views " + demo + "/sensor.json -o m.lbea").exit_code ==

@@ -55,14 +55,22 @@ void declare_content(Tool& tool, BakeCommand& command) {
   tool.add_option("--landmarks", command.landmarks,
                   "store the positions that matching needs in a section of their own, for models larger than memory: "
                   "true or false (default: when positions take more than 1 GiB)");
-  tool.add_option(
-      "--views", command.views,
-      "sensor.json: render depth images of every sample as this rig sees it, for matching by fit (default: --sensor)");
+  tool.add_option("--views", command.views,
+                  "sensor.json: render depth images of every sample as this rig sees it, for matching by fit (default: "
+                  "--sensor); "
+                  "repeatable, for several rigs around the component")
+      ->repeatable();
 }
 
 template <typename T>
 void replace(T& value, const std::optional<T>& by) {
   if (by) value = *by;
+}
+
+void replace_views(bake::EnsembleDescription& description, std::span<const std::filesystem::path> sensors) {
+  if (sensors.empty()) return;
+  description.depth_sensor = sensors.front();
+  description.more_depth_sensors.assign(sensors.begin() + 1, sensors.end());
 }
 
 template <typename T>
@@ -159,7 +167,7 @@ bake::EnsembleDescription described(const BakeCommand& command) {
   replace(description.compact_fields, command.compact_fields);
   if (command.landmarks) description.landmarks = command.landmarks;
   if (command.sensor && description.depth_sensor.empty()) description.depth_sensor = *command.sensor;
-  replace(description.depth_sensor, command.views);
+  replace_views(description, command.views);
   if (!command.output.empty()) description.output = command.output;
   if (description.output.empty()) description.output = command.toml.stem().concat(".lbea");
   return description;

@@ -19,7 +19,8 @@ struct BakeCommand {
   std::optional<std::uint32_t> impact_step, modes;
   std::vector<std::uint32_t> region_parts;
   std::vector<double> region_box;
-  std::optional<std::filesystem::path> region_nodes, sensor, views, parameters;
+  std::optional<std::filesystem::path> region_nodes, sensor, parameters;
+  std::vector<std::filesystem::path> views;
   std::vector<std::string> fields;
   std::optional<double> time_factor, envelope_margin;
   std::optional<bool> correspondence, compact_fields, landmarks;

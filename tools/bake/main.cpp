@@ -44,7 +44,7 @@ int plan(int argc, char** argv) {
     const bake::WorkFolder work(command.work);
     const bake::BakePlan planned = plan_step(command.bake, work);
     const bake::BakeEstimate size =
-        bake::estimate(work, planned, step_options(command.bake.threads, planned.description.depth_sensor));
+        bake::estimate(work, planned, step_options(command.bake.threads, planned.description));
     command.bake.json ? print_json(planned, size) : print_table(planned, size);
     return exit_ok;
   });

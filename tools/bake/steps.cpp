@@ -18,6 +18,7 @@ bake::EnsembleDescription with_region_nodes(const BakeCommand& command) {
 bake::EnsembleDescription placed(const BakeCommand& command) {
   bake::EnsembleDescription description = with_region_nodes(command);
   if (!description.depth_sensor.empty()) description.depth_sensor = std::filesystem::absolute(description.depth_sensor);
+  for (std::filesystem::path& sensor : description.more_depth_sensors) sensor = std::filesystem::absolute(sensor);
   description.output = std::filesystem::absolute(description.output);
   return description;
 }
@@ -31,10 +32,10 @@ bake::Ensemble ensemble_of(const BakeCommand& command, const bake::EnsembleDescr
 
 }  // namespace
 
-bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views) {
+bake::BakeOptions step_options(unsigned threads, const bake::EnsembleDescription& description) {
   bake::BakeOptions options;
   options.threads = threads;
-  options.depth_renderer = depth_rendering(views);
+  add_depth_renderers(options, description);
   options.progress = [progress = std::make_shared<StageProgress>()](const bake::BakeProgress& stage) {
     progress->show(stage.stage, stage.done, stage.total);
   };
@@ -45,7 +46,7 @@ bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& vi
 
 bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& output) {
   const bake::EnsembleDescription description = with_region_nodes(command);
-  bake::BakeOptions options = step_options(command.threads, description.depth_sensor);
+  bake::BakeOptions options = step_options(command.threads, description);
   options.visible_nodes = visibility(description.region);
   options.leaves_out_broken = command.leave_out_broken;
   output = description.output;
@@ -54,7 +55,7 @@ bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& o
 
 bake::BakePlan plan_step(const BakeCommand& command, const bake::WorkFolder& work) {
   const bake::EnsembleDescription description = placed(command);
-  bake::BakeOptions options = step_options(command.threads, description.depth_sensor);
+  bake::BakeOptions options = step_options(command.threads, description);
   options.visible_nodes = visibility(description.region);
   return bake::plan_bake(work, ensemble_of(command, description), description, options);
 }
@@ -68,7 +69,7 @@ bake::BakePlan read_plan(const bake::WorkFolder& work) { return read_plan(work, 
 
 bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan& plan, const bake::Shard& shard,
                               unsigned threads, bool verifies_finished) {
-  bake::BakeOptions options = step_options(threads, plan.description.depth_sensor);
+  bake::BakeOptions options = step_options(threads, plan.description);
   options.verifies_finished = verifies_finished;
   return bake::bake_shard(work, plan, shard, options);
 }
@@ -76,7 +77,7 @@ bake::ShardSummary shard_step(const bake::WorkFolder& work, const bake::BakePlan
 bake::BakeSummary merge_step(const bake::WorkFolder& work, const bake::BakePlan& plan, std::filesystem::path& output,
                              unsigned threads) {
   if (output.empty()) output = plan.description.output;
-  return bake::merge_shards(work, plan, output, step_options(threads, {}));
+  return bake::merge_shards(work, plan, output, step_options(threads, plan.description));
 }
 
 }  // namespace lbea::tool

@@ -17,7 +17,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
 [[nodiscard]] std::unique_ptr<bake::SimulationReader> open_source(const std::string& source);
 
 /// Options with progress lines, Ctrl-C and the sensor described by the file `views`. Broken runs are left out.
-[[nodiscard]] bake::BakeOptions step_options(unsigned threads, const std::filesystem::path& views);
+[[nodiscard]] bake::BakeOptions step_options(unsigned threads, const bake::EnsembleDescription& description);
 
 /// The whole bake in this process. output: set to the model's path.
 bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& output);

@@ -61,6 +61,7 @@ EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem
   plan.description = io::read_ensemble_toml(arguments.toml);
   read_region_nodes(plan.description.region);
   plan.description.depth_sensor = arguments.sensor;
+  plan.description.more_depth_sensors.clear();
   plan.ensemble = open_ensemble(plan.description);
   choose_experiments(arguments, plan);
   if (arguments.mode == "over-time") plan.modes = {ReferenceMode::over_time};

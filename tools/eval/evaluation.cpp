@@ -46,7 +46,7 @@ class Evaluator {
     bake::BakeOptions options;
     options.threads = plan_.threads;
     options.visible_nodes = visibility(description.region);
-    options.depth_renderer = depth_rendering(description.depth_sensor);
+    add_depth_renderers(options, description);
     options.cancelled = [this] { return stopped(); };
     const std::string title = "bake " + std::to_string(baked_ + 1) + ", ";
     options.progress = [&](const bake::BakeProgress& stage) {

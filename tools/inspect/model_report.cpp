@@ -36,6 +36,19 @@ Json sizes_json(const Model& model) {
           {"length_unit", model.length_unit()}};
 }
 
+/// One per rig that the ensemble was rendered for.
+Json views_json(const Model& model) {
+  Json views = Json::array();
+  const auto add = [&](const DepthImages& images) {
+    views.push_back({{"columns", images.camera.columns},
+                     {"rows", images.camera.rows},
+                     {"T_reference_sensor", images.camera.T_reference_sensor}});
+  };
+  if (const auto& first = model.view().depth_images) add(*first);
+  for (const auto& images : model.view().more_depth_images) add(*images);
+  return views;
+}
+
 Json fields_json(const Model& model) {
   Json fields = Json::array();
   for (std::uint32_t f = 0; f < model.fields(); ++f)
@@ -208,6 +221,7 @@ Json model_report(const std::filesystem::path& file) {
   return {{"file", file.string()},
           {"bytes", std::filesystem::file_size(file)},
           {"sizes", sizes_json(model)},
+          {"views", views_json(model)},
           {"fields", fields_json(model)},
           {"learned", learned_json(model)},
           {"forecast", forecast_json(model)},

@@ -280,6 +280,8 @@ class LBEA_API SensorViews {
   explicit SensorViews(std::shared_ptr<const DepthImages> data) : data_(std::move(data)) {}
   /// The ones baked into the model, for the pose that it was baked for; empty when it was baked without a sensor.
   [[nodiscard]] static SensorViews baked_into(const Model& model);
+  /// Of a model that was baked for several rigs: those whose pose is nearest to this one.
+  [[nodiscard]] static SensorViews baked_into(const Model& model, const RigidTransform& T_reference_sensor);
 
   [[nodiscard]] bool empty() const noexcept { return data_ == nullptr; }
   [[nodiscard]] std::uint32_t columns() const noexcept;

@@ -14,7 +14,7 @@ namespace lbea {
 
 struct Rig {
   RigidTransform T_reference_sensor = identity_transform;
-  SensorViews views{};               // rendered for this pose; empty: those baked into the model
+  SensorViews views{};               // rendered for this pose; empty: those baked into the model for the nearest pose
   std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of a common clock
 };
 

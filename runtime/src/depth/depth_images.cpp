@@ -18,14 +18,38 @@ RigidTransform inverse(const RigidTransform& T) noexcept {
   return inverted;
 }
 
+/// The copy of the model keeps the mapping that holds the images.
+SensorViews kept_views(const Model& model, const DepthImages& images) {
+  auto kept = std::make_shared<std::pair<Model, DepthImages>>(model, images);
+  return SensorViews(std::shared_ptr<const DepthImages>(kept, &kept->second));
+}
+
+/// Squared: of the axes' directions, and of the origins in units of the component's distance.
+float pose_difference(const RigidTransform& pose, const DepthCamera& camera) noexcept {
+  float turn = 0, shift = 0;
+  for (std::size_t i = 0; i < pose.size(); ++i) {
+    const float squared = square(pose[i] - camera.T_reference_sensor[i]);
+    (i % 4 == 3 ? shift : turn) += squared;
+  }
+  return turn + shift / std::max(square(camera.depth_origin), std::numeric_limits<float>::min());
+}
+
 }  // namespace
 
 SensorViews SensorViews::baked_into(const Model& model) {
-  const auto& baked = model.view().depth_images;
-  if (baked == nullptr) return {};
-  // The copy of the model keeps the mapping that holds the images.
-  auto kept = std::make_shared<std::pair<Model, DepthImages>>(model, *baked);
-  return SensorViews(std::shared_ptr<const DepthImages>(kept, &kept->second));
+  return model.view().depth_images == nullptr ? SensorViews() : kept_views(model, *model.view().depth_images);
+}
+
+SensorViews SensorViews::baked_into(const Model& model, const RigidTransform& T_reference_sensor) {
+  const ModelView& view = model.view();
+  if (view.depth_images == nullptr) return {};
+  const auto difference = [&](const std::shared_ptr<const DepthImages>& images) {
+    return pose_difference(T_reference_sensor, images->camera);
+  };
+  const auto nearest = std::ranges::min_element(view.more_depth_images, {}, difference);
+  const bool is_first =
+      nearest == view.more_depth_images.end() || difference(view.depth_images) <= difference(*nearest);
+  return kept_views(model, is_first ? *view.depth_images : **nearest);
 }
 
 std::uint32_t SensorViews::columns() const noexcept { return data_ ? data_->camera.columns : 0; }

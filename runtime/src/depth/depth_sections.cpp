@@ -7,6 +7,27 @@
 namespace lbea {
 namespace {
 
+/// The sections of one rig's images.
+class ViewSections {
+ public:
+  ViewSections(const SectionReader& sections, std::uint32_t rig) : sections_(sections), rig_(rig) {}
+  [[nodiscard]] const format::SectionEntry* find(format::SectionId id) const noexcept {
+    return sections_.find(id, rig_);
+  }
+  template <typename T>
+  [[nodiscard]] std::span<const T> required(format::SectionId id, SectionReader::Shape shape) const {
+    return sections_.required<T>(id, shape, rig_);
+  }
+  [[nodiscard]] const SectionContent& content(format::SectionId id) const noexcept {
+    return sections_.content(id, rig_);
+  }
+  [[noreturn]] void fail(format::SectionId id, const std::string& what) const { sections_.fail(id, rig_, what); }
+
+ private:
+  const SectionReader& sections_;
+  std::uint32_t rig_;
+};
+
 constexpr double most_cost_steps = 1e9;  // sums of squares over all cells do not overflow a float
 
 DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const std::uint32_t> size) noexcept {
@@ -23,13 +44,13 @@ DepthCamera camera_from(const format::DepthCameraWords& words, std::span<const s
   return camera;
 }
 
-format::DepthCameraWords camera_words(const SectionReader& sections, const DepthMetric& usual) {
+format::DepthCameraWords camera_words(const ViewSections& sections, const DepthMetric& usual) {
   using format::SectionId;
   const bool has_metric = sections.find(SectionId::view_camera)->shape[0] != format::depth_camera_words_1_0;
   const auto numbers = sections.required<double>(
       SectionId::view_camera, {has_metric ? format::depth_camera_words : format::depth_camera_words_1_0, 1, 1});
   if (!std::ranges::all_of(numbers, format::is_measured<double>))
-    sections.fail(SectionId::view_camera, 0, "a value is not finite or too large");
+    sections.fail(SectionId::view_camera, "a value is not finite or too large");
   format::DepthCameraWords words{};
   words.cap = double{usual.cap};
   words.one_sided = double{usual.one_sided};
@@ -38,13 +59,13 @@ format::DepthCameraWords camera_words(const SectionReader& sections, const Depth
                             words.cap,   words.one_sided};
   if (!std::ranges::all_of(positive, [](double v) { return v >= 1 / format::largest_measure; }) ||
       !(words.error_per_spread >= 0))
-    sections.fail(SectionId::view_camera, 0, "a value is not positive");
+    sections.fail(SectionId::view_camera, "a value is not positive");
   if (!(std::max(words.cap, words.one_sided) <= most_cost_steps * words.depth_step))
-    sections.fail(SectionId::view_camera, 0, "a cost is too many depth steps");
+    sections.fail(SectionId::view_camera, "a cost is too many depth steps");
   return words;
 }
 
-void read_regression(const SectionReader& sections, std::uint64_t samples, DepthImages& images) {
+void read_regression(const ViewSections& sections, std::uint64_t samples, DepthImages& images) {
   using format::SectionId;
   if (sections.find(SectionId::regression_numbers) == nullptr) return;
   ShapeRegression& regression = images.regression;
@@ -53,7 +74,7 @@ void read_regression(const SectionReader& sections, std::uint64_t samples, Depth
   const std::uint64_t trained = ShapeRegression::trained_with(samples);
   const auto read = [&](SectionId id, std::uint64_t rows, std::uint64_t values) {
     const auto section = sections.required<float>(id, {rows, values, 1});
-    if (!sections.content(id).is_measured) sections.fail(id, 0, "a value is not finite or too large");
+    if (!sections.content(id).is_measured) sections.fail(id, "a value is not finite or too large");
     return section;
   };
   regression.basis = read(SectionId::regression_basis, 2 + k, ShapeRegression::features(images.camera));
@@ -66,7 +87,7 @@ void read_regression(const SectionReader& sections, std::uint64_t samples, Depth
       (numbers[2] > 0 &&
        !(within(numbers[0], least, most) && within(numbers[1], least, most) && within(numbers[3], 0, most))) ||
       !within(numbers[4], 0, most))
-    sections.fail(SectionId::regression_numbers, 0, "a value is out of range");
+    sections.fail(SectionId::regression_numbers, "a value is out of range");
   regression.one_sided = static_cast<float>(numbers[0]);
   regression.length_scale = static_cast<float>(numbers[1]);
   regression.blend = static_cast<float>(numbers[2]);
@@ -74,25 +95,25 @@ void read_regression(const SectionReader& sections, std::uint64_t samples, Depth
   images.error_per_spread = static_cast<float>(numbers[4]);
 }
 
-void read_hidden_numbers(const SectionReader& sections, DepthImages& images) {
+void read_hidden_numbers(const ViewSections& sections, DepthImages& images) {
   constexpr auto id = format::SectionId::hidden_numbers;
   if (sections.find(id) == nullptr) return;
   const auto numbers = sections.required<double>(id, {3, 1, 1});
   const double most_price = most_cost_steps * double{images.camera.depth_step};
   if (!(numbers[0] >= 1 / format::largest_measure && numbers[0] <= most_price) ||
       !(numbers[1] >= 0 && numbers[1] <= 1) || !(numbers[2] >= 0 && numbers[2] <= format::largest_measure))
-    sections.fail(id, 0, "a value is out of range");
+    sections.fail(id, "a value is out of range");
   images.metric.hidden = static_cast<float>(numbers[0]);
   images.regression.hidden_blend = static_cast<float>(numbers[1]);
   images.regression.hidden_most_difference = static_cast<float>(numbers[2]);
 }
 
-void read_bounds(const SectionReader& sections, std::uint64_t fields, DepthImages& images) {
+void read_bounds(const ViewSections& sections, std::uint64_t fields, DepthImages& images) {
   constexpr auto id = format::SectionId::spread_bounds;
   if (sections.find(id) == nullptr) return;
   for (const auto& [share, per_spread] : sections.required<std::array<double, 2>>(id, {1 + fields, 2, 1})) {
     if (!(share >= 0 && share <= 1) || !(per_spread >= 0 && per_spread <= format::largest_measure))
-      sections.fail(id, 0, "a value is out of range");
+      sections.fail(id, "a value is out of range");
     images.bounds.push_back({share, per_spread});
   }
 }
@@ -108,25 +129,25 @@ bool is_spread(const PoseMatrix& matrix) noexcept {
   return true;
 }
 
-void read_expected_residuals(const SectionReader& sections, std::uint64_t samples, DepthImages& images) {
+void read_expected_residuals(const ViewSections& sections, std::uint64_t samples, DepthImages& images) {
   constexpr auto id = format::SectionId::expected_residuals;
   if (sections.find(id) == nullptr) return;
   images.expected = sections.required<float>(id, {samples, 1, 1});
   if (!std::ranges::all_of(images.expected, [](float v) { return v >= 0 && format::is_measured(v); }))
-    sections.fail(id, 0, "a value is negative or not finite");
+    sections.fail(id, "a value is negative or not finite");
 }
 
 template <std::size_t Count>
-std::array<double, Count> not_negative(const SectionReader& sections, format::SectionId id) {
+std::array<double, Count> not_negative(const ViewSections& sections, format::SectionId id) {
   std::array<double, Count> numbers{};
   if (sections.find(id) == nullptr) return numbers;
   std::ranges::copy(sections.required<double>(id, {Count, 1, 1}), numbers.begin());
   if (!std::ranges::all_of(numbers, [](double v) { return v >= 0 && format::is_measured(v); }))
-    sections.fail(id, 0, "a value is negative or not finite");
+    sections.fail(id, "a value is negative or not finite");
   return numbers;
 }
 
-void read_pose_and_time(const SectionReader& sections, DepthImages& images) {
+void read_pose_and_time(const ViewSections& sections, DepthImages& images) {
   using format::SectionId;
   const auto [variance, drift_evidence] = not_negative<2>(sections, SectionId::pose_numbers);
   images.pose_variance = static_cast<float>(variance);
@@ -135,22 +156,23 @@ void read_pose_and_time(const SectionReader& sections, DepthImages& images) {
   if (sections.find(SectionId::pose_spreads) == nullptr) return;
   const auto spreads = sections.required<PoseMatrix>(SectionId::pose_spreads, {PoseSpreads::times, 6, 6});
   if (!std::ranges::all_of(spreads, is_spread))
-    sections.fail(SectionId::pose_spreads, 0, "a matrix is not positive definite");
+    sections.fail(SectionId::pose_spreads, "a matrix is not positive definite");
   std::ranges::copy(spreads, images.pose_spreads.at_times.begin());
 }
 
 }  // namespace
 
-std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& sections, const format::Info& info,
-                                                     std::string_view length_unit) {
+std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& reader, const format::Info& info,
+                                                     std::string_view length_unit, std::uint32_t rig) {
   using format::SectionId;
+  const ViewSections sections(reader, rig);
   if (sections.find(SectionId::view_camera) == nullptr) return nullptr;
   const DepthMetric usual = DepthMetric{}.in(length_unit);
   const format::DepthCameraWords words = camera_words(sections, usual);
   const auto size = sections.required<std::uint32_t>(SectionId::view_size, {2, 1, 1});
   constexpr std::uint32_t most_along_an_axis = 1u << 14;
   if (!std::ranges::all_of(size, [](std::uint32_t cells) { return cells > 0 && cells <= most_along_an_axis; }))
-    sections.fail(SectionId::view_size, 0, "an impossible number of cells");
+    sections.fail(SectionId::view_size, "an impossible number of cells");
 
   auto images = std::make_shared<DepthImages>();
   images->camera = camera_from(words, size);

@@ -86,7 +86,7 @@ bool is_baked(const SensorViews& views, const ModelView& model) noexcept {
 }
 
 Matcher::Matcher(Model model, const MatcherConfig& config, SensorViews views) {
-  if (views.empty()) views = SensorViews::baked_into(model);
+  if (views.empty()) views = SensorViews::baked_into(model, config.T_reference_sensor);
   check(config, model.view(), views);
   state_ = std::make_unique<State>(std::move(model), config, std::move(views));
 }

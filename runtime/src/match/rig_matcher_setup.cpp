@@ -25,9 +25,13 @@ const ShapeRegression& common_regression(const std::vector<SensorViews>& views) 
   return first;
 }
 
+SensorViews views_of(const Rig& rig, const Model& model) {
+  return rig.views.empty() ? SensorViews::baked_into(model, rig.T_reference_sensor) : rig.views;
+}
+
 std::vector<SensorViews> views_of(const std::vector<Rig>& rigs, const Model& model) {
   std::vector<SensorViews> views;
-  for (const Rig& rig : rigs) views.push_back(rig.views.empty() ? SensorViews::baked_into(model) : rig.views);
+  for (const Rig& rig : rigs) views.push_back(views_of(rig, model));
   return views;
 }
 
@@ -56,10 +60,9 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
 RigMatcher::RigMatcher(Model model, const MatcherConfig& config, const std::vector<Rig>& rigs) {
   if (rigs.empty() || rigs.size() > most_rigs)
     throw Error(Status::bad_config, std::to_string(rigs.size()) + " rigs; give 1 to " + std::to_string(most_rigs));
-  const SensorViews baked = SensorViews::baked_into(model);
   for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
     try {
-      check(config_of(rigs[rig], config), model.view(), rigs[rig].views.empty() ? baked : rigs[rig].views);
+      check(config_of(rigs[rig], config), model.view(), views_of(rigs[rig], model));
     } catch (const Error& error) { throw Error(error.status, "rig " + std::to_string(rig + 1) + ": " + error.what()); }
   }
   state_ = std::make_unique<State>(model, config, rigs);

@@ -29,7 +29,7 @@ class ModelReader {
     read_fields();
     read_envelope();
     for (std::uint32_t r = 0; r < view_.info.references; ++r) read_reference(r);
-    view_.depth_images = read_depth_images(sections_, view_.info, view_.length_unit);
+    read_views();
     view_.channels = read_channels(sections_, view_.info);
     view_.forecast = read_forecast(sections_, view_.info, view_.channels == nullptr ? 0 : view_.channels->size());
     view_.file_checksum = sections_.directory_checksum();
@@ -45,6 +45,15 @@ class ModelReader {
   }
   void require_measured(SectionId id, std::uint32_t part = 0) const {
     require(sections_.content(id, part).is_measured, id, part, "a value is not finite or too large");
+  }
+
+  void read_views() {
+    const auto read = [this](std::uint32_t rig) {
+      return read_depth_images(sections_, view_.info, view_.length_unit, rig);
+    };
+    view_.depth_images = read(0);
+    if (view_.depth_images == nullptr) return;
+    for (std::uint32_t rig = 1; auto images = read(rig); ++rig) view_.more_depth_images.push_back(std::move(images));
   }
 
   void read_info() {

@@ -82,9 +82,10 @@ struct ModelView {
   EnvelopeView envelope;
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;
-  std::shared_ptr<const DepthImages> depth_images;  // null when baked without a sensor
-  std::shared_ptr<const LearnedForecast> forecast;  // null when the bake has learned none
-  std::shared_ptr<const LearnedChannels> channels;  // null when the description names none
+  std::shared_ptr<const DepthImages> depth_images;                    // null when baked without a sensor
+  std::vector<std::shared_ptr<const DepthImages>> more_depth_images;  // of further rigs
+  std::shared_ptr<const LearnedForecast> forecast;                    // null when the bake has learned none
+  std::shared_ptr<const LearnedChannels> channels;                    // null when the description names none
   std::uint64_t file_checksum = 0;  // of the directory, which covers every section: identifies this model
   std::span<const std::byte> image;
   std::vector<std::span<const std::byte>>

@@ -58,7 +58,7 @@ std::optional<std::size_t> place_of(const ReportOptions& options, const Recordin
 
 /// The baked images' limits hold for frames from their pose; for others, the matcher has rendered images.
 void find_limits(TestReport& report) {
-  const SensorViews views = SensorViews::baked_into(report.model);
+  const SensorViews views = SensorViews::baked_into(report.model, report.T_reference_sensor);
   if (views.empty() || !has_images_for(report.T_reference_sensor, report.model)) return;
   report.frame_limit = double{views.misfit_limit()};
   report.test_limit = double{views.test_misfit_limit()};

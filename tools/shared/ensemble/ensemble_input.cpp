@@ -75,8 +75,12 @@ std::unique_ptr<bake::SimulationReader> open_named_run(const std::filesystem::pa
 }
 
 bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
-  for (const auto& sensor : {description.region.sensor, description.depth_sensor})
-    if (!sensor.empty()) (void)io::read_sensor_json(sensor, description.length_unit);
+  const auto check = [&](const std::filesystem::path& sensor) {
+    if (!sensor.empty()) static_cast<void>(io::read_sensor_json(sensor, description.length_unit));
+  };
+  check(description.region.sensor);
+  check(description.depth_sensor);
+  std::ranges::for_each(description.more_depth_sensors, check);
   bake::Ensemble ensemble;
   const std::vector<std::string> sources = sources_of(description.runs);
   for (std::size_t i = 0; const std::filesystem::path& run : description.runs) {
@@ -108,13 +112,19 @@ decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescript
   };
 }
 
-decltype(bake::BakeOptions::depth_renderer) depth_rendering(const std::filesystem::path& sensor) {
+bake::DepthRendering depth_rendering(const std::filesystem::path& sensor) {
   if (sensor.empty()) return {};
   const io::SensorDescription description = io::read_sensor_json(sensor);
   return
       [description](const bake::CommonMesh& mesh, const std::array<float, 3>& low, const std::array<float, 3>& high) {
         return bake::make_depth_renderer(description.sensor, mesh.node_ids.size(), mesh.elements, low, high);
       };
+}
+
+void add_depth_renderers(bake::BakeOptions& options, const bake::EnsembleDescription& description) {
+  options.depth_renderer = depth_rendering(description.depth_sensor);
+  for (const std::filesystem::path& sensor : description.more_depth_sensors)
+    options.more_depth_renderers.push_back(depth_rendering(sensor));
 }
 
 }  // namespace lbea::tool

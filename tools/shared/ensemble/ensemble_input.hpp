@@ -30,7 +30,9 @@ void read_region_nodes(bake::RegionDescription& region);
 /// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
 [[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region);
 
-/// BakeOptions::depth_renderer for the rig described by the file `sensor`; empty for an empty path.
-[[nodiscard]] decltype(bake::BakeOptions::depth_renderer) depth_rendering(const std::filesystem::path& sensor);
+/// For the rig described by the file `sensor`; empty for an empty path.
+[[nodiscard]] bake::DepthRendering depth_rendering(const std::filesystem::path& sensor);
+/// For all rigs of the description.
+void add_depth_renderers(bake::BakeOptions& options, const bake::EnsembleDescription& description);
 
 }  // namespace lbea::tool

@@ -40,14 +40,14 @@ bool suits(const RigidTransform& baked, const RigidTransform& wanted, std::strin
 }
 
 bool has_images_for(const RigidTransform& T_reference_sensor, const Model& model) {
-  const SensorViews baked = SensorViews::baked_into(model);
+  const SensorViews baked = SensorViews::baked_into(model, T_reference_sensor);
   return !baked.empty() && suits(baked.T_reference_sensor(), T_reference_sensor, model.length_unit());
 }
 
 SensorViews views_for(const MatcherConfig& config, const Model& model, const std::string& sensor_json,
                       const std::string& name) {
   if (config.method != Method::fit) return {};
-  const SensorViews baked = SensorViews::baked_into(model);
+  const SensorViews baked = SensorViews::baked_into(model, config.T_reference_sensor);
   if (has_images_for(config.T_reference_sensor, model)) return baked;
   if (sensor_json.empty())
     throw Error(
