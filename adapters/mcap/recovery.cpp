@@ -23,6 +23,10 @@ Definitions find_definitions(const ByteSource& source) {
   return found;
 }
 
+bool is_metadata(const Record& record, std::string_view name) {
+  return record.opcode == Opcode::metadata && parse<Metadata>(record.content)->name == name;
+}
+
 class Rebuilder {
  public:
   Rebuilder(Sink& sink, Definitions known, const std::string& source_name)
@@ -117,7 +121,7 @@ std::uint64_t Recovery::lost_bytes() const noexcept {
   return sum;
 }
 
-Recovery recover(const ByteSource& source, Sink& sink) {
+Recovery recover(const ByteSource& source, Sink& sink, std::string_view closing) {
   SalvageReader reader(source);
   auto record = reader.next();
   if (!record)
@@ -126,7 +130,8 @@ Recovery recover(const ByteSource& source, Sink& sink) {
   Rebuilder rebuilder(sink, find_definitions(source), source.name());
   const bool has_header = record->opcode == Opcode::header;
   rebuilder.begin(has_header ? *parse<Header>(record->content) : Header{"", "lbea recovery"});
-  for (; record; record = reader.next()) rebuilder.copy(*record, reader.chunk());
+  for (; record; record = reader.next())
+    if (reader.gaps().empty() || !is_metadata(*record, closing)) rebuilder.copy(*record, reader.chunk());
   rebuilder.done.gaps = reader.gaps();
   rebuilder.done.was_closed = reader.reached_data_end();
   return rebuilder.finish(sink);

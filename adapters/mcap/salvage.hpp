@@ -79,7 +79,8 @@ struct Recovery {
 };
 
 /// Writes the readable part of a file to a new one with an index. Copies every sound chunk unchanged, compressed or
-/// not, and writes messages outside chunks to new chunks. Writes to `sink` and commits it. Throws Error{bad_input} when
-/// `source` cannot be read or contains no MCAP record, and Error{write_failed}.
-Recovery recover(const ByteSource& source, Sink& sink);
+/// not, and writes messages outside chunks to new chunks. `closing`: name of metadata that say that the file is
+/// complete; left out if bytes before them could not be read. Writes to `sink` and commits it. Throws Error{bad_input}
+/// when `source` cannot be read or contains no MCAP record, and Error{write_failed}.
+Recovery recover(const ByteSource& source, Sink& sink, std::string_view closing = {});
 }  // namespace lbea::mcap

@@ -139,6 +139,29 @@ TEST_CASE("a sound file is recovered with the same messages, metadata and attach
   CHECK(heard.audit.header.profile == "p");
 }
 
+// Regression: a recording that had lost a chunk without frames was complete after its recovery.
+TEST_CASE("what says that the file is complete is not recovered with a part of the file") {
+  const auto names = [](Bytes file) {
+    const MemorySource source(file);
+    MemorySink fixed;
+    recover(source, fixed, "closed");
+    std::vector<std::string> found;
+    for (const Metadata& one : hear(fixed.bytes).audit.metadata) found.push_back(one.name);
+    return found;
+  };
+  MemorySink closed;
+  Writer writer(closed);
+  REQUIRE(writer.begin({"p", "l"}) == 0);
+  REQUIRE(writer.metadata({"opened", {}}) == 0);
+  const std::size_t end_of_opened = closed.bytes.size();
+  REQUIRE(writer.metadata({"lost", {}}) == 0);
+  REQUIRE(writer.metadata({"closed", {}}) == 0);
+  REQUIRE(writer.finish() == 0);
+  CHECK(names(closed.bytes) == std::vector<std::string>{"opened", "lost", "closed"});
+  closed.bytes[end_of_opened + 1] = std::byte{0xff};  // the record's length
+  CHECK(names(closed.bytes) == std::vector<std::string>{"opened"});
+}
+
 TEST_CASE("messages outside chunks are recovered too, and those on unknown channels counted") {
   Buffer file;
   const Bytes start = std::as_bytes(std::span(magic));

@@ -1,6 +1,7 @@
 #include "tools/inspect/reports.hpp"
 
 #include "adapters/mcap/salvage.hpp"
+#include "tools/shared/recording/recording_file.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
 #include <algorithm>
@@ -246,7 +247,7 @@ void recover_recording(const std::filesystem::path& damaged, const std::filesyst
   const bool is_made_of_partial = std::filesystem::equivalent(partial, damaged, unknown);
   mcap::PartialFile sink(fixed, is_made_of_partial ? fixed.string() + ".recovering" : partial.string());
   try {
-    print_recovery(fixed, mcap::recover(source, sink), as_json);
+    print_recovery(fixed, mcap::recover(source, sink, closing_metadata_name), as_json);
   } catch (const Error& error) {
     if (error.status != Status::write_failed) throw;
     throw Error(error.status, fixed.string() + ": " + error.what());
