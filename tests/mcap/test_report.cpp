@@ -138,6 +138,12 @@ TEST_CASE("signals and table of a recorded test; an existing folder and the inpu
   CHECK(contains(again.err, "Test 1: exists; give another name"));
   CHECK(report(bench, "run.mcap --channels-csv run.mcap").exit_code == 2);
   CHECK(report(bench, "run.mcap -o same --channels-csv same").exit_code == 2);
+  // Regression: another test's recording, or a model, was replaced by the report.
+  std::filesystem::copy_file(bench.file("run.mcap"), bench.file("other.mcap"));
+  const Outcome replaced = report(bench, "run.mcap -o other.mcap");
+  CHECK(replaced.exit_code == 2);
+  CHECK(contains(replaced.err, "other.mcap is a recording or a model"));
+  CHECK(text_of(bench.file("other.mcap")) == text_of(bench.file("run.mcap")));
 }
 
 TEST_CASE("a stopped or killed export leaves no folder or the whole one") {

@@ -1,13 +1,17 @@
 // lbea-report: the report of a recorded test, as one HTML page.
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/atomic_folder.hpp"
+#include "adapters/mcap/records.hpp"
+#include "runtime/src/model/model_format.hpp"
 #include "tools/report/content/channels/channel_export.hpp"
 #include "tools/report/page/page.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/log.hpp"
 
+#include <array>
 #include <cstdio>
+#include <fstream>
 
 namespace lbea::tool {
 namespace {
@@ -34,6 +38,14 @@ void require_other_file(const std::filesystem::path& output, const std::filesyst
     throw WrongUsage(output.string() + " would replace " + input.string() + "; give another name");
 }
 
+void require_no_recording_or_model(const std::filesystem::path& output) {
+  std::array<std::uint8_t, 8> begin{};
+  static_assert(begin.size() == mcap::magic.size() && begin.size() == format::magic.size());
+  std::ifstream(output, std::ios::binary).read(reinterpret_cast<char*>(begin.data()), begin.size());
+  if (begin == mcap::magic || begin == format::magic)
+    throw WrongUsage(output.string() + " is a recording or a model; nothing was overwritten, give another name");
+}
+
 /// names: of the options.
 void require_different(const std::filesystem::path& a, const std::filesystem::path& b, const char* names) {
   const auto place = [](const std::filesystem::path& path) {
@@ -49,6 +61,7 @@ void require_destinations(const Options& options) {
   for (const auto* file : {&options.output, &options.csv}) {
     require_other_file(*file, options.report.recording);
     require_other_file(*file, options.report.model_file);
+    if (!file->empty()) require_no_recording_or_model(*file);
   }
   require_different(options.output, options.csv, "-o and --channels-csv");
   require_different(options.output, options.mme, "-o and --mme");
