@@ -57,7 +57,7 @@ TEST_CASE("the answer names the verdict, and as many simulations as are needed t
   // Probabilities compare the simulations with each other; they do not say that one fits.
   CHECK(text(WireVerdict::no_simulation_fits, {{2, 1.0f}}) == "NO SIMULATION FITS, misfit 2.17; nearest: plate_2");
   CHECK(text(WireVerdict::unknown, {{9, 0.95f}}) == "no verdict yet; so far 9 (95 %)");
-  CHECK(answer_text({}, plate_names) == "no verdict; only method fit judges a test");
+  CHECK(answer_text({}, plate_names) == "no verdict: no frame was informative, or the method is not fit");
 }
 
 TEST_CASE("a result of several rigs names those that it rests on") {
@@ -132,6 +132,74 @@ TEST_CASE("stamps that cannot be capture times in ns give a warning") {
   CHECK(contains(warning({start, start + 1'000'000, start + 5'000'000, start + 500'000, start + 2'000'000}),
                  "the stamps go back within the test"));
   CHECK(warning({start, start, start}).empty());  // too few to tell
+}
+
+// Regression: velocities and forecasts were several times too high, without a word about the stamps.
+TEST_CASE("stamps at another pace than the shapes, gaps and repeated ids give a warning") {
+  const auto warning = [](double pace, std::int64_t gap_ns = 0) {
+    TestAnswer answer;
+    for (std::uint64_t i = 0; i < 20; ++i) {
+      WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+      result.frame_id = i;
+      result.matches.front().time_s = 1e-3 * static_cast<double>(i);
+      result.stamp_ns = static_cast<std::int64_t>(1e6 * static_cast<double>(i) / pace) + (i > 10 ? gap_ns : 0);
+      answer.add(result);
+    }
+    return answer.warning();
+  };
+  for (const double pace : {0.6, 1.0, 1.5}) CHECK(warning(pace).empty());
+  for (const double pace : {2.0, 10.0, 900.0}) CHECK(contains(warning(pace), "much faster than the stamps"));
+  for (const double pace : {0.4, 0.01}) CHECK(contains(warning(pace), "much more slowly than the stamps"));
+  CHECK(contains(warning(1, 60'000'000'000), "gap of more than 10 s"));
+
+  TestAnswer answer;
+  WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+  answer.add(result);
+  result.status = WireStatus::end_of_stream;
+  answer.add(result);
+  CHECK(answer.warning().empty());
+  result.status = WireStatus::duplicate;
+  for (int i = 0; i < 3; ++i) answer.add(result);
+  CHECK(contains(answer.warning(), "3 frames after the end of the stream"));
+}
+
+// Regression: the clock's correction itself was reported as stamps that go back.
+TEST_CASE("the frames that wait while a rig's clock is corrected give no warning") {
+  for (const std::int64_t correction_ns : {0, -5'000'000}) {
+    TestAnswer answer;
+    for (const std::int64_t stamp_ns : {0, 5'000'000, 1'000'000, 6'000'000}) {
+      WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+      static std::uint64_t id = 0;
+      result.frame_id = id++;
+      result.stamp_ns = stamp_ns;
+      result.rigs.resize(2);
+      result.rigs[1].clock_correction_ns = correction_ns;
+      answer.add(result);
+    }
+    CHECK(answer.warning().empty() == (correction_ns != 0));
+  }
+}
+
+// Regression: a rig whose frames showed something else was counted as matched, and nothing was said.
+TEST_CASE("a rig that the results do not rest on gives a warning") {
+  const auto warning = [](std::size_t used_until) {
+    TestAnswer answer;
+    for (std::size_t i = 0; i < 12; ++i) {
+      WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+      result.frame_id = i;
+      result.stamp_ns = static_cast<std::int64_t>(i) * 1'000'000;
+      result.rigs.resize(2);
+      for (wire::WireRigFrame& rig : result.rigs) rig.status = WireStatus::ok;
+      result.rigs[0].rig = "left";
+      result.rigs[1].rig = "right";
+      result.rigs[0].is_used = true;
+      result.rigs[1].is_used = i < used_until;
+      answer.add(result);
+    }
+    return answer.warning();
+  };
+  CHECK(warning(6).empty());
+  CHECK(contains(warning(3), "rig right: the results rest on 3 of its 12 frames"));
 }
 
 // Regression: a rail whose front half moved away was matched with 100 %, and half of its points were left out silently.

@@ -171,12 +171,24 @@ void ResultPublisher::note_frame() noexcept {
   wire::for_each_frame(result_, [this](std::uint64_t session, std::uint64_t id, wire::WireStatus status) {
     log_.note(status, session, {id, 1});
   });
-  const bool were_wrong = times_.are_wrong(), went_back = times_.go_back();
   times_.add(result_);
-  if ((times_.are_wrong() && !were_wrong) || (times_.go_back() && !went_back))
-    log_.note_wrong_times(result_.session, result_.frame_id, !times_.are_wrong());
+  const CaptureTimes::Problem problem = times_.problem();
+  if (problem != std::exchange(noted_times_, problem) && problem != CaptureTimes::Problem::none)
+    log_.note_wrong_times(result_.session, result_.frame_id, problem);
+  note_rig_use();
   note_far_stamp();
   note_clocks();
+}
+
+/// Once per test.
+void ResultPublisher::note_rig_use() noexcept {
+  rig_use_.add(result_);
+  std::optional<RigUse::Unused> unused = rig_use_.unused();
+  if (std::exchange(is_unused_noted_, unused.has_value()) || !unused) return;
+  const auto rig = std::ranges::find(config_.rigs, unused->rig, &PipelineRig::name);
+  if (rig == config_.rigs.end()) return;
+  unused->rig = rig->name;  // remains valid
+  log_.note_unused_rig(result_.session, result_.frame_id, *unused);
 }
 
 /// A change of less than a millisecond is not logged again.

@@ -64,6 +64,7 @@ class ResultPublisher {
   void send_result() noexcept;
   void note_component(std::size_t component) noexcept;
   void note_departed_points() noexcept;
+  void note_rig_use() noexcept;
   void note_frame() noexcept;
   void note_far_stamp() noexcept;
   void note_clocks() noexcept;
@@ -79,6 +80,9 @@ class ResultPublisher {
   std::vector<UndeformedCoverage> undeformed_;  // of each component
   DepartedPoints departed_;
   CaptureTimes times_;
+  CaptureTimes::Problem noted_times_ = CaptureTimes::Problem::none;
+  RigUse rig_use_;
+  bool is_unused_noted_ = false;
   std::optional<std::uint64_t> session_;        // of the latest matched frame
   std::vector<std::int64_t> logged_clocks_ns_;  // of each of several rigs
   wire::WireResult result_;

@@ -52,8 +52,10 @@ void FrameLog::write(const Event& event) {
       spdlog::warn("frame {}: {}{}", event.ids.first, departure_warning(event.number), departures_.suppressed_text());
   } else if (event.kind == Event::Kind::wrong_times) {
     if (wrong_times_.is_due())
-      spdlog::warn("frame {}: {}{}", event.ids.first, capture_times_warning(event.number > 0),
+      spdlog::warn("frame {}: {}{}", event.ids.first, capture_times_warning(event.times),
                    wrong_times_.suppressed_text());
+  } else if (event.kind == Event::Kind::unused_rig) {
+    spdlog::warn("capture {}: {}", event.ids.first, unused_rig_warning(event.unused));
   } else if (event.kind == Event::Kind::far_stamp) {
     if (far_stamps_.is_due())
       spdlog::warn(

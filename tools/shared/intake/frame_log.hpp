@@ -4,6 +4,7 @@
 #include "adapters/wire/sockets/streams.hpp"
 #include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
+#include "tools/shared/intake/test_warnings.hpp"
 
 #include <functional>
 #include <map>
@@ -58,9 +59,13 @@ class FrameLog {
   void note_departed_points(std::uint64_t session, std::uint64_t id, float share) noexcept {
     push({Event::Kind::departed_points, wire::WireStatus::ok, session, {id, 1}, share});
   }
-  /// Up to this frame, most stamps cannot be capture times, or they go back.
-  void note_wrong_times(std::uint64_t session, std::uint64_t id, bool go_back) noexcept {
-    push({Event::Kind::wrong_times, wire::WireStatus::ok, session, {id, 1}, go_back ? 1.0f : 0.0f});
+  /// Up to this frame, the stamps cannot be capture times of one test.
+  void note_wrong_times(std::uint64_t session, std::uint64_t id, CaptureTimes::Problem problem) noexcept {
+    push({.kind = Event::Kind::wrong_times, .session = session, .ids = {id, 1}, .times = problem});
+  }
+  /// Most frames of a rig are not used. The name must remain valid.
+  void note_unused_rig(std::uint64_t session, std::uint64_t id, const RigUse::Unused& unused) noexcept {
+    push({.kind = Event::Kind::unused_rig, .session = session, .ids = {id, 1}, .unused = unused});
   }
   /// A frame was captured so many seconds after the impact that its stamp or --trigger-ns must be wrong.
   void note_far_stamp(std::uint64_t session, std::uint64_t id, float after_s) noexcept {
@@ -88,6 +93,7 @@ class FrameLog {
       low_coverage,
       departed_points,
       wrong_times,
+      unused_rig,
       far_stamp,
       clock
     };
@@ -97,6 +103,8 @@ class FrameLog {
     IdRange ids;
     float number = 0;       // coverage, share, seconds, or ms
     std::string_view of{};  // which rig's or component's it is
+    CaptureTimes::Problem times = CaptureTimes::Problem::none;
+    RigUse::Unused unused{};
   };
   void push(const Event& event) noexcept {
     if (!events_.push(event)) ++without_room_;

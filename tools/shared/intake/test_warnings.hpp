@@ -1,0 +1,134 @@
+// What is wrong with the frames of a test, by their results: low coverage, departed points, wrong capture times, rigs
+// that show something else.
+#pragma once
+
+#include "adapters/wire/codec/messages.hpp"
+
+#include <array>
+#include <optional>
+#include <string>
+
+namespace lbea::tool {
+
+/// The coverage of the undeformed component, which shows whether the pose can be right.
+class UndeformedCoverage {
+ public:
+  /// Whether the frame shows the undeformed component: the first matched frame of a session does, and every one whose
+  /// best sample is an initial state.
+  bool add(const wire::WireResult& result) noexcept;
+  /// Of the latest such frame.
+  [[nodiscard]] std::optional<float> latest() const noexcept { return latest_; }
+  /// Too little for a right pose and model.
+  [[nodiscard]] bool is_low() const noexcept;
+
+ private:
+  std::optional<std::uint64_t> session_;
+  std::optional<float> latest_;
+};
+
+/// A sentence for a low coverage of the undeformed component.
+[[nodiscard]] std::string pose_warning(float coverage);
+
+/// The division of results into tests: the first matched frame of another session, or after the end of the stream,
+/// begins another one.
+class TestDivision {
+ public:
+  /// Of a matched frame: whether it begins a test. Nothing for other results.
+  std::optional<bool> begins(const wire::WireResult& result) noexcept;
+
+ private:
+  std::optional<std::uint64_t> session_;
+};
+
+/// The points near no simulation that the first frame of the test did not have: a part that left the space of the
+/// simulations.
+class DepartedPoints {
+ public:
+  void add(const wire::WireResult& result) noexcept;
+  /// In the latest matched frame, as a share of the points near some simulation in the first one.
+  [[nodiscard]] float share() const noexcept { return share_; }
+  [[nodiscard]] bool are_many() const noexcept;
+
+ private:
+  TestDivision tests_;
+  PointTally first_;
+  float share_ = 0;
+};
+
+/// A sentence for many departed points.
+[[nodiscard]] std::string departure_warning(float share);
+
+/// How fast the simulations pass, in their time per time of the stamps: the median of the slopes between the first
+/// frames of each later state (Theil and Sen).
+class SimulatedPace {
+ public:
+  void begin() noexcept { *this = {}; }
+  void add(double simulated_s, std::int64_t stamp_ns) noexcept;
+  /// Nothing before eight states.
+  [[nodiscard]] std::optional<double> per_second() const noexcept { return per_second_; }
+
+ private:
+  [[nodiscard]] double median_slope() const noexcept;
+
+  struct Passage {
+    double simulated_s = 0;
+    std::int64_t stamp_ns = 0;
+  };
+  static constexpr std::size_t most = 32, fewest = 8;
+  std::array<Passage, most> passages_{};
+  std::size_t count_ = 0;
+  std::optional<double> per_second_;
+};
+
+/// Stamps that cannot be capture times in ns, or not those of one test.
+class CaptureTimes {
+ public:
+  enum class Problem {
+    none,
+    not_increasing,  // those of most frames increase by less than 1 us, or not at all
+    going_back,      // by more than 1 ms
+    gap,             // of more than 10 s
+    fast,            // the simulations pass much faster than the stamps
+    slow,
+  };
+  void add(const wire::WireResult& result) noexcept;
+  [[nodiscard]] Problem problem() const noexcept;
+
+ private:
+  [[nodiscard]] Problem problem_of_pace() const noexcept;
+
+  TestDivision tests_;
+  bool goes_back_ = false, has_gap_ = false;
+  std::uint64_t latest_id_ = 0;
+  std::int64_t latest_ns_ = 0;
+  std::uint64_t intervals_ = 0, wrong_ = 0;
+  SimulatedPace pace_;
+};
+
+/// A sentence for wrong capture times.
+[[nodiscard]] std::string capture_times_warning(CaptureTimes::Problem problem);
+
+/// How many of each rig's frames the results of a test rest on.
+class RigUse {
+ public:
+  void add(const wire::WireResult& result);
+  /// The first rig whose frames on the component were mostly not used, of at least eight.
+  struct Unused {
+    std::string_view rig;
+    std::uint32_t frames = 0, used = 0;
+  };
+  [[nodiscard]] std::optional<Unused> unused() const noexcept;
+
+ private:
+  struct Rig {
+    std::string name;
+    std::uint32_t frames = 0, used = 0;
+  };
+  TestDivision tests_;
+  std::vector<Rig> rigs_;
+};
+
+/// A sentence for a rig whose frames were not used.
+[[nodiscard]] std::string unused_rig_warning(const RigUse::Unused& unused);
+
+}  // namespace lbea::tool
