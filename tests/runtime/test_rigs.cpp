@@ -182,6 +182,29 @@ TEST_CASE("a rig that shows another component does not count, and the verdict is
 }
 
 // One stray point of a rig whose clock is ahead turned all other rigs off.
+// Regression: frames of two tests gave the verdict `matched`.
+TEST_CASE("rigs that see different shapes, each of which a simulation explains, give no verdict") {
+  const TwoRigs two;
+  const auto matched = [&](double above_angle, double below_angle) {
+    RigMatcher matcher = two.matcher();
+    const auto above = seen_from(two.sensors[0], bent(above_angle)),
+               below = seen_from(two.sensors[1], bent(below_angle), 2);
+    const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+    for (const RigResult& rig : matcher.rigs()) {
+      CHECK(rig.verdict != Verdict::no_simulation_fits);
+      CHECK(rig.is_used);
+    }
+    return result;
+  };
+  CHECK(matched(0.6, 0.6).verdict != Verdict::unknown);
+  for (const double other : {0.2, 0.4}) {
+    CAPTURE(other);
+    const MatchResult different = matched(0.6, other);
+    CHECK((different.verdict == Verdict::unknown || different.verdict == Verdict::no_simulation_fits));
+    CHECK(std::isnan(different.fit.error_90));
+  }
+}
+
 TEST_CASE("a frame that no simulation explains, with a later stamp, leaves the others in use") {
   const TwoRigs two;
   RigMatcher matcher = two.matcher();

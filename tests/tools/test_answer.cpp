@@ -173,6 +173,8 @@ TEST_CASE("the frames that wait while a rig's clock is corrected give no warning
       result.frame_id = id++;
       result.stamp_ns = stamp_ns;
       result.rigs.resize(2);
+      for (const std::size_t rig : {0u, 1u}) result.rigs[rig].rig = rig == 0 ? "left" : "right";
+      for (wire::WireRigFrame& rig : result.rigs) rig.is_used = true;
       result.rigs[1].clock_correction_ns = correction_ns;
       answer.add(result);
     }
@@ -200,6 +202,26 @@ TEST_CASE("a rig that the results do not rest on gives a warning") {
   };
   CHECK(warning(6).empty());
   CHECK(contains(warning(3), "rig right: the results rest on 3 of its 12 frames"));
+}
+
+// Regression: rigs that saw different tests gave "matched" with 100 %.
+TEST_CASE("rigs whose frames are explained one by one, but not together, give a warning") {
+  TestAnswer answer;
+  for (std::size_t i = 0; i < 12; ++i) {
+    WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+    result.frame_id = i;
+    result.stamp_ns = static_cast<std::int64_t>(i) * 1'000'000;
+    result.rigs.resize(2);
+    for (wire::WireRigFrame& rig : result.rigs) {
+      rig.status = WireStatus::ok;
+      rig.verdict = WireVerdict::matched;
+      rig.is_used = true;
+    }
+    if (i >= 8) result.verdict = WireVerdict::unknown;
+    answer.add(result);
+    CHECK(answer.warning().empty() == (i < 11));
+  }
+  CHECK(contains(answer.warning(), "the rigs see different shapes"));
 }
 
 // Regression: a rail whose front half moved away was matched with 100 %, and half of its points were left out silently.

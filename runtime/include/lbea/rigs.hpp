@@ -43,7 +43,8 @@ class LBEA_API RigMatcher {
   /// frames: one per rig, in their order, captured at nearly the same time: those more than a tenth of a simulation's
   /// duration older than the latest one are not used. Without points: the rig has none. The result is for the time of
   /// the first frame that it rests on. Frames that no simulation explains count only if no explained one shows nearly
-  /// as much. If one that does not count shows half of the component, the verdict is unknown and no error is bounded.
+  /// as much. If one that does not count shows half of the component, or the rigs see different shapes, the verdict is
+  /// unknown and no error is bounded.
   /// The limits and bounds are those that the bakes have learned for single rigs. coverage: of the surface that the
   /// rigs in use see; the pose's numbers are those of rigs(). Real-time safe.
   [[nodiscard]] MatchResult match(std::span<const Frame> frames) noexcept;

@@ -3,6 +3,10 @@
 namespace lbea {
 namespace {
 
+// Residual of what explains all frames, relative to the rig's own best sample's. Of two rigs that see a run which is
+// not in the ensemble, 99.5 % of the frames have less than 1.35.
+constexpr float most_worse = 1.4f;
+
 /// Several states of few runs differ by their times alone or belong to other deformation branches, whose small shares
 /// add up: a combination needs a run's nearest state and those before and after it, but no fewer than for one rig.
 std::uint32_t most_candidates(const FitSettings& settings, std::size_t runs, std::uint32_t samples) {
@@ -216,11 +220,15 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
   const std::uint32_t best = best_.ranked()[weights_.best_alone()].sample;
   float squares = 0, expected = 0, limit = 0, shown = 0, per_spread = 0, bounded = 0;
   bool gives_verdicts = true;
+  is_contradictory_ = false;
   for (const auto& [fitter, later_s] : rigs_) {
-    const float share = fitter->residuals().filled() / cells_;
-    squares += share * fitter->judged_square(nearest_at(best, later_s));
+    const float share = fitter->residuals().filled() / cells_,
+                square = fitter->judged_square(nearest_at(best, later_s));
+    const float own = fitter->judged_square(fitter->search().sample(0));
+    is_contradictory_ |= square + noise_ > most_worse * most_worse * (own + noise_);
+    squares += share * square;
     expected += share * weights_.plausible_mean([&, of = fitter, later = later_s](std::uint32_t sample) {
-      return square(of->views().expected_residual(nearest_at(sample, later)));
+      return lbea::square(of->views().expected_residual(nearest_at(sample, later)));
     });
     limit += share * fitter->images().misfit_limit;
     shown += share * std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);

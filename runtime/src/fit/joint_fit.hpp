@@ -32,6 +32,8 @@ class JointFitter {
     return verdict_ == Verdict::matched || verdict_ == Verdict::ambiguous;
   }
   [[nodiscard]] bool is_hidden() const noexcept { return is_hidden_; }
+  /// Whether what explains all frames explains one rig's much worse than its own best sample does.
+  [[nodiscard]] bool is_contradictory() const noexcept { return is_contradictory_; }
   [[nodiscard]] const ShapeEstimate& estimate() const noexcept { return estimate_; }
   [[nodiscard]] TimeBelief time() const noexcept { return {estimate_.time_s(), weights_.time_variance()}; }
   /// Cells that the rigs' frames show, relative to those that the best candidate fills.
@@ -60,6 +62,7 @@ class JointFitter {
   std::vector<RunSamples> runs_;
   std::span<const RigEvidence> rigs_;
   bool is_hidden_ = false;  // of every rig
+  bool is_contradictory_ = false;
   std::vector<RankedSample> proposed_;
   std::size_t proposed_count_ = 0, compared_count_ = 0;
   std::vector<std::uint32_t> proposed_in_;  // per sample: the last fit that it was proposed in

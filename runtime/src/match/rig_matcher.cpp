@@ -93,9 +93,11 @@ bool RigMatcher::State::may_be_undeformed() const noexcept {
                              [](const RigEvidence& rig) { return rig.fitter->search().may_be_undeformed(); });
 }
 
-/// Whether a rig that shows enough of the component, and on which the result does not rest, says that no simulation
-/// fits: it may see another component, or a deformation that the others do not see.
+/// Whether the rigs that are used see different shapes, or one that shows enough of the component, and on which the
+/// result does not rest, says that no simulation fits: it may see another component, or a deformation that the others
+/// do not see.
 bool RigMatcher::State::is_contradicted() const noexcept {
+  if (fitter.is_contradictory()) return true;
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
     const RigResult& alone = results[rig];
     if (!alone.is_used && is_in_time(rig) && alone.verdict == Verdict::no_simulation_fits &&

@@ -183,6 +183,9 @@ void ResultPublisher::note_frame() noexcept {
 /// Once per test.
 void ResultPublisher::note_rig_use() noexcept {
   rig_use_.add(result_);
+  const bool contradict = rig_use_.contradict();
+  if (!std::exchange(is_contradiction_noted_, contradict) && contradict)
+    log_.note_contradiction(result_.session, result_.frame_id);
   std::optional<RigUse::Unused> unused = rig_use_.unused();
   if (std::exchange(is_unused_noted_, unused.has_value()) || !unused) return;
   const auto rig = std::ranges::find(config_.rigs, unused->rig, &PipelineRig::name);

@@ -82,7 +82,7 @@ class ResultPublisher {
   CaptureTimes times_;
   CaptureTimes::Problem noted_times_ = CaptureTimes::Problem::none;
   RigUse rig_use_;
-  bool is_unused_noted_ = false;
+  bool is_unused_noted_ = false, is_contradiction_noted_ = false;
   std::optional<std::uint64_t> session_;        // of the latest matched frame
   std::vector<std::int64_t> logged_clocks_ns_;  // of each of several rigs
   wire::WireResult result_;

@@ -54,6 +54,8 @@ void FrameLog::write(const Event& event) {
     if (wrong_times_.is_due())
       spdlog::warn("frame {}: {}{}", event.ids.first, capture_times_warning(event.times),
                    wrong_times_.suppressed_text());
+  } else if (event.kind == Event::Kind::contradiction) {
+    spdlog::warn("capture {}: {}", event.ids.first, contradiction_warning());
   } else if (event.kind == Event::Kind::unused_rig) {
     spdlog::warn("capture {}: {}", event.ids.first, unused_rig_warning(event.unused));
   } else if (event.kind == Event::Kind::far_stamp) {

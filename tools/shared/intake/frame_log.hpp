@@ -67,6 +67,10 @@ class FrameLog {
   void note_unused_rig(std::uint64_t session, std::uint64_t id, const RigUse::Unused& unused) noexcept {
     push({.kind = Event::Kind::unused_rig, .session = session, .ids = {id, 1}, .unused = unused});
   }
+  /// Up to this capture, the rigs contradict each other.
+  void note_contradiction(std::uint64_t session, std::uint64_t id) noexcept {
+    push({.kind = Event::Kind::contradiction, .session = session, .ids = {id, 1}});
+  }
   /// A frame was captured so many seconds after the impact that its stamp or --trigger-ns must be wrong.
   void note_far_stamp(std::uint64_t session, std::uint64_t id, float after_s) noexcept {
     push({Event::Kind::far_stamp, wire::WireStatus::ok, session, {id, 1}, after_s});
@@ -94,6 +98,7 @@ class FrameLog {
       departed_points,
       wrong_times,
       unused_rig,
+      contradiction,
       far_stamp,
       clock
     };

@@ -40,6 +40,7 @@ std::vector<std::string> TestAnswer::warnings() const {
   if (undeformed_.is_low()) warnings.push_back(pose_warning(*undeformed_.latest()));
   if (departed_.are_many()) warnings.push_back(departure_warning(departed_.share()));
   if (times_.problem() != CaptureTimes::Problem::none) warnings.push_back(capture_times_warning(times_.problem()));
+  if (rigs_.contradict()) warnings.push_back(contradiction_warning());
   if (const auto unused = rigs_.unused()) warnings.push_back(unused_rig_warning(*unused));
   if (matched_ > 0 && rejected_ > matched_)
     warnings.push_back(std::to_string(rejected_) + " of " + std::to_string(matched_ + rejected_) +

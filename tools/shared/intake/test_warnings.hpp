@@ -108,7 +108,8 @@ class CaptureTimes {
 /// A sentence for wrong capture times.
 [[nodiscard]] std::string capture_times_warning(CaptureTimes::Problem problem);
 
-/// How many of each rig's frames the results of a test rest on.
+/// How many of each rig's frames the results of a test rest on, and how many captures have frames that simulations
+/// explain one by one, but not together.
 class RigUse {
  public:
   void add(const wire::WireResult& result);
@@ -118,6 +119,8 @@ class RigUse {
     std::uint32_t frames = 0, used = 0;
   };
   [[nodiscard]] std::optional<Unused> unused() const noexcept;
+  /// Of a quarter of the captures.
+  [[nodiscard]] bool contradict() const noexcept;
 
  private:
   struct Rig {
@@ -126,9 +129,12 @@ class RigUse {
   };
   TestDivision tests_;
   std::vector<Rig> rigs_;
+  std::uint32_t captures_ = 0, contradictions_ = 0;
 };
 
 /// A sentence for a rig whose frames were not used.
 [[nodiscard]] std::string unused_rig_warning(const RigUse::Unused& unused);
+/// For rigs that contradict each other.
+[[nodiscard]] std::string contradiction_warning();
 
 }  // namespace lbea::tool
