@@ -34,6 +34,22 @@ function(lbea_reuse_precompiled target group)
   endif()
 endfunction()
 
+# lbea_for_this_system(<variable>): removes from a list of sources those of other systems. NAME_windows.cpp is NAME.cpp for
+# Windows; it includes windows.h, whose macros other sources of a unity file must not see.
+function(lbea_for_this_system variable)
+  set(kept ${${variable}})
+  foreach(source ${${variable}})
+    if(source MATCHES "_windows\\.cpp$" AND WIN32)
+      string(REPLACE "_windows.cpp" ".cpp" elsewhere ${source})
+      list(REMOVE_ITEM kept ${elsewhere})
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    elseif(source MATCHES "_windows\\.cpp$")
+      list(REMOVE_ITEM kept ${source})
+    endif()
+  endforeach()
+  set(${variable} ${kept} PARENT_SCOPE)
+endfunction()
+
 # lbea_library(<target> [FOLDERS ...] [SOURCES ...] [PUBLIC ...] [PRIVATE ...] [PRECOMPILED eigen]): one static library.
 # FOLDERS: all .cpp files in them, relative to the calling CMakeLists.txt; SOURCES: generated files and exceptions.
 function(lbea_library target)
@@ -44,6 +60,7 @@ function(lbea_library target)
   if(arg_FOLDERS)
     file(GLOB sources CONFIGURE_DEPENDS ${arg_FOLDERS})
   endif()
+  lbea_for_this_system(sources)
   add_library(${target} STATIC ${sources} ${arg_SOURCES})
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:lbea_warnings>)

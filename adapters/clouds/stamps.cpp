@@ -1,6 +1,7 @@
 #include "adapters/clouds/point_cloud.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "adapters/files/file_names.hpp"
 #include "adapters/files/text_line.hpp"
 
 #include <lbea/lbea.hpp>
@@ -142,7 +143,7 @@ CloudStamps::CloudStamps(const std::filesystem::path& table) {
     if (words.size() <= std::max(columns->file, columns->time)) lines.fail("too few columns");
     const auto stamp = in_ns(words[columns->time], columns->unit);
     if (!stamp) lines.fail(text::quoted(words[columns->time]) + " is not a time");
-    const std::string file = std::filesystem::path(words[columns->file]).filename().string();
+    const std::string file = path_of(words[columns->file]).filename().string();
     if (const auto [at, is_new] = table_.emplace(file, *stamp); !is_new && at->second != *stamp)
       lines.fail(file + " has another time above");
   }

@@ -1,13 +1,13 @@
 #include "adapters/files/atomic_file.hpp"
 
+#include "adapters/files/system_files.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
-
-#include <fcntl.h>
-#include <sys/stat.h>
+#include <utility>
 
 namespace lbea::io {
 namespace {
@@ -31,10 +31,10 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   buffer_.reserve(buffer_size);
   int error = EEXIST;
   for (int i = 0; i < temporary_names && error == EEXIST; ++i) {
-    // Not mkstemp: it creates with mode 0600, but the file should have the permissions of an ordinary new file.
-    const std::string suffix = ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i);
-    temporary_ = folder_of(path_) / (path_.filename().string() + suffix);
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const std::string suffix = ".tmp-" + std::to_string(system::process_id()) + "-" + std::to_string(i);
+    temporary_ = path_;
+    temporary_ += suffix;
+    descriptor_ = system::create_file(temporary_);
     error = descriptor_ >= 0 ? 0 : errno;
   }
   if (descriptor_ < 0) fail("create", error);
@@ -42,7 +42,7 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (!temporary_.empty()) system::remove_file(temporary_);
 }
 
 void AtomicFile::write(std::span<const std::byte> bytes) {
@@ -53,9 +53,9 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
 
 void AtomicFile::commit() {
   flush();
-  if (::fsync(descriptor_) != 0) fail("flush", errno);
+  if (const int error = system::flush(descriptor_); error != 0) fail("flush", error);
   close_descriptor();
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail("rename the finished file to", errno);
+  if (const int error = system::replace_file(temporary_, path_); error != 0) fail("rename the finished file to", error);
   temporary_.clear();
   sync_folder();
 }
@@ -67,7 +67,7 @@ void AtomicFile::flush() {
 
 void AtomicFile::write_through(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t n = ::write(descriptor_, bytes.data(), std::min(bytes.size(), largest_transfer));
+    const std::int64_t n = system::write_some(descriptor_, bytes.first(std::min(bytes.size(), largest_transfer)));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("write", n < 0 ? errno : EIO);
     written_ += static_cast<std::uint64_t>(n);
@@ -79,13 +79,11 @@ void AtomicFile::close_descriptor() {
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("close", errno);
 }
 
-// The rename is on the disk only when the folder is. Some file systems do not support that (EINVAL), and a folder may
-// be writable but not readable; the file is complete in both cases.
+// The rename is on the disk only when the folder is.
 void AtomicFile::sync_folder() const {
-  const Descriptor folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  const int error = folder.value() < 0 || ::fsync(folder.value()) == 0 ? 0 : errno;
-  if (error == 0 || error == EINVAL) return;
-  ::unlink(path_.c_str());  // after an error the caller must not find the file
+  const int error = system::flush_folder(folder_of(path_));
+  if (error == 0) return;
+  system::remove_file(path_);  // after an error the caller must not find the file
   fail("flush the folder of", error);
 }
 
@@ -100,20 +98,19 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   file.commit();
 }
 
-InputFile::InputFile(const std::filesystem::path& path)
-    : name_(path.string()), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+InputFile::InputFile(const std::filesystem::path& path) : name_(path.string()), file_(system::open_file(path)) {
   if (file_.value() < 0 && (errno == ENOENT || errno == ENOTDIR))
     throw Error(Status::file_not_found, "there is no file " + name_);
-  struct stat about {};
-  if (file_.value() < 0 || ::fstat(file_.value(), &about) != 0) fail(0, reason(errno));
-  if (!S_ISREG(about.st_mode)) fail(0, "it is not a regular file");
-  size_ = static_cast<std::uint64_t>(about.st_size);
+  const auto facts = file_.value() < 0 ? std::nullopt : system::facts_of(file_.value());
+  if (!facts) fail(0, reason(errno));
+  if (!facts->is_regular) fail(0, "it is not a regular file");
+  size_ = facts->bytes;
 }
 
 void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   while (!into.empty()) {
-    const ssize_t n =
-        ::pread(file_.value(), into.data(), std::min(into.size(), largest_transfer), static_cast<off_t>(offset));
+    const std::int64_t n =
+        system::read_some(file_.value(), offset, into.first(std::min(into.size(), largest_transfer)));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail(offset, n < 0 ? reason(errno) : "the file became shorter while it was read");
     offset += static_cast<std::uint64_t>(n);

@@ -1,15 +1,12 @@
 #include "adapters/files/atomic_folder.hpp"
 
-#include "runtime/src/model/descriptor.hpp"
+#include "adapters/files/system_files.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
-#include <cstdlib>
 #include <string>
 #include <system_error>
-
-#include <fcntl.h>
 
 namespace lbea::io {
 namespace {
@@ -40,11 +37,9 @@ void require_new_folder(const std::filesystem::path& path) {
 
 AtomicFolder::AtomicFolder(std::filesystem::path final_path) : final_path_(without_slash(final_path)) {
   require_new_folder(final_path_);
-  std::string name = (parent_of(final_path_) / ".lbea-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr)
-    fail(final_path_, "cannot be created: " + std::generic_category().message(errno));
-  temporary_ = name;
-  path_ = temporary_ / final_path_.filename();  // mkdtemp gives nobody else access
+  temporary_ = system::create_temporary_folder(parent_of(final_path_));
+  if (temporary_.empty()) fail(final_path_, "cannot be created: " + std::generic_category().message(errno));
+  path_ = temporary_ / final_path_.filename();
   std::error_code error;
   if (!std::filesystem::create_directory(path_, error)) {
     std::filesystem::remove(temporary_, error);
@@ -62,8 +57,7 @@ void AtomicFolder::commit() {
   std::error_code error;
   std::filesystem::rename(path_, final_path_, error);
   if (error) fail(final_path_, "the finished folder cannot get this name: " + error.message());
-  const Descriptor parent(::open(parent_of(final_path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (parent.value() >= 0) ::fsync(parent.value());
+  static_cast<void>(system::flush_folder(parent_of(final_path_)));
 }
 
 }  // namespace lbea::io

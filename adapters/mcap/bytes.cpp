@@ -1,18 +1,12 @@
 #include "adapters/mcap/bytes.hpp"
 
+#include "adapters/files/system_files.hpp"
+
 #include <algorithm>
 
-#include <isa-l/crc.h>
 #include <zlib.h>
 
-#include <fcntl.h>
-
 namespace lbea::mcap {
-std::uint32_t crc32(Bytes bytes, std::uint32_t before) noexcept {
-  if (bytes.empty()) return before;
-  return crc32_gzip_refl(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-}
-
 std::uint32_t crc32_joined(std::uint32_t first, std::uint32_t second, std::uint64_t second_bytes) noexcept {
   return static_cast<std::uint32_t>(crc32_combine(first, second, static_cast<z_off_t>(second_bytes)));
 }
@@ -23,6 +17,6 @@ void MemorySource::read(std::uint64_t offset, std::span<std::byte> into) const {
 }
 
 FileSource::FileSource(const std::filesystem::path& path) : file_(path) {
-  ::posix_fadvise(file_.descriptor(), 0, 0, POSIX_FADV_SEQUENTIAL);
+  io::system::expect_sequential(file_.descriptor());
 }
 }  // namespace lbea::mcap

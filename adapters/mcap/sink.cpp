@@ -54,8 +54,6 @@ void sync_folder(const std::filesystem::path& folder) noexcept {
 }
 }  // namespace
 
-std::filesystem::path partial_name(const std::filesystem::path& file) { return file.string() + ".partial"; }
-
 PartialFile::PartialFile(const std::filesystem::path& file, const std::filesystem::path& partial)
     : file_(file), partial_(partial), folder_(file.has_parent_path() ? file.parent_path() : ".") {
   if (!file.has_filename()) fail(file, "it is a folder; add a file name");

@@ -23,7 +23,7 @@ class Sink {
 };
 
 /// FILE with ".partial" appended.
-[[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
+[[nodiscard]] inline std::filesystem::path partial_name(std::filesystem::path file) { return file += ".partial"; }
 
 /// A file that is named FILE.partial until commit(). When the program is killed, FILE.partial remains for
 /// `lbea-inspect --recover`. If somebody removes that name meanwhile, commit() copies the bytes. When the object is

@@ -57,6 +57,11 @@ for consumer in consumer static_consumer; do
   run $consumer /no/such/model >/dev/null || code=$?
   [ "$code" -eq 3 ] || fail "$consumer does not catch exceptions of the library"
 done
+for program in "$archive"/bin/lbea-*.exe; do
+  [ -e "$program" ] || continue
+  printed=$("${emulator[@]}" "$program" --version | tr -d '\r')
+  [[ $printed == "$(basename "$program" .exe) "* ]] || fail "$program --version printed: $printed"
+done
 if [ $wire = yes ]; then
   "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" >tally 2>log &
   server=$!

@@ -1,7 +1,7 @@
 #include "tools/record/frame_recorder.hpp"
 
 #include "tools/record/forwarder.hpp"
-#include "tools/shared/cli/outlet.hpp"
+#include "tools/shared/cli/last_line.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/frame_log.hpp"
 #include "tools/shared/intake/frame_receiver.hpp"

@@ -1,5 +1,6 @@
 // lbea-send: sends point clouds from files to a matcher, as a camera does.
 #include "adapters/clouds/point_cloud.hpp"
+#include "adapters/wire/sockets/endpoint.hpp"
 #include "tools/send/player.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -16,8 +17,9 @@ constexpr auto description =
     "program or, with --results, did not arrive or had no room in the matcher's queue.";
 
 void add_options(Tool& tool, SendOptions& options) {
+  const std::string example = wire::example_endpoint("frames", 5555);
   tool.add_option("paths", options.paths, "files, or folders of them, sent in the order of their names")->required();
-  tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. ipc:///tmp/frames.ipc")->required();
+  tool.add_option("--to", options.endpoint, "endpoint of the matcher's frames, e.g. " + example)->required();
   tool.add_option("--results", options.results_endpoint,
                   "endpoint of the matcher's results: register before the start and compare counts at the end");
   auto* rate = tool.add_option("--rate", options.rate_hz, "frames per second")->check(in_range(1e-3, 1e6));
@@ -46,8 +48,9 @@ void add_options(Tool& tool, SendOptions& options) {
 
 int main(int argc, char** argv) {
   lbea::tool::SendOptions options;
-  lbea::tool::Tool tool("lbea-send", lbea::tool::description,
-                        "lbea-send frames/ --to ipc:///tmp/frames.ipc --rate 1000 --wait-ready");
+  lbea::tool::Tool tool(
+      "lbea-send", lbea::tool::description,
+      "lbea-send frames/ --to " + lbea::wire::example_endpoint("frames", 5555) + " --rate 1000 --wait-ready");
   lbea::tool::add_options(tool, options);
   tool.list_formats_by(lbea::io::list_cloud_formats());
   return tool.run(argc, argv, [&] { return lbea::tool::send(options); });

@@ -1,51 +1,8 @@
 #include "adapters/wire/bound/bound_endpoint.hpp"
 
-#include <lbea/lbea.hpp>
-
-#include <cstring>
-
-#include <arpa/inet.h>
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
+#include "adapters/wire/bound/addresses.hpp"
 
 namespace lbea::wire {
-namespace {
-bool is_loopback(const std::string& host) {
-  in_addr address{};
-  return inet_pton(AF_INET, host.c_str(), &address) == 1 && (ntohl(address.s_addr) >> 24) == 127;
-}
-
-/// Whether `descriptor` is still the file `name`; its last holder may have removed that meanwhile.
-bool is_same_file(int descriptor, const std::filesystem::path& name) {
-  struct stat mine;
-  struct stat named;
-  return fstat(descriptor, &mine) == 0 && stat(name.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
-         mine.st_dev == named.st_dev;
-}
-
-/// A socket that a killed process left behind refuses connections.
-bool has_listener(const std::filesystem::path& path) {
-  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.string().copy(address.sun_path, sizeof(address.sun_path) - 1);
-  const bool listens =
-      ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0 || errno == EAGAIN;
-  ::close(socket);
-  return listens;
-}
-
-int open_lock_file(const Endpoint& endpoint, const std::filesystem::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (descriptor >= 0) return descriptor;
-  fail_unavailable(endpoint.address, ": cannot open the lock file " + file.string() + " (" + std::strerror(errno) +
-                                         "); choose a path in a folder you may write to");
-}
-}  // namespace
-
 Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& access) {
   check_access(access);
   Endpoint endpoint = parse_endpoint(address);
@@ -53,57 +10,10 @@ Endpoint parse_bind_endpoint(const std::string& address, const ServerAccess& acc
   const auto [host, port] = host_and_port(address);
   if (host == "localhost") {
     endpoint.address = "tcp://127.0.0.1:" + port;
-  } else if (!is_loopback(host) && !access.keys) {
+  } else if (!detail::is_loopback(host) && !access.keys) {
     refuse_endpoint(address, "without keys only this machine may connect; use 127.0.0.1 instead of " + host +
                                  ", or give a secret key and the public keys of those who may (--key, --allow)");
   }
   return endpoint;
-}
-
-EndpointLock::EndpointLock(const Endpoint& endpoint) {
-  if (endpoint.transport != Transport::ipc) return;
-  file_ = endpoint.path.string() + ".lock";
-  while (true) {
-    descriptor_ = open_lock_file(endpoint, file_);
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-      ::close(std::exchange(descriptor_, -1));
-      fail_unavailable(endpoint.address, " is in use by another process (it holds " + file_.string() +
-                                             "); stop that one or choose another path");
-    }
-    if (is_same_file(descriptor_, file_)) break;
-    ::close(std::exchange(descriptor_, -1));
-  }
-  // ZeroMQ unlinks any file at the path, also one that is not a socket.
-  struct stat found;
-  if (::stat(endpoint.path.c_str(), &found) != 0) return;
-  if (!S_ISSOCK(found.st_mode))
-    release_and_throw(endpoint, ": " + endpoint.path.string() + " exists and is not a socket; choose another path");
-  if (has_listener(endpoint.path))
-    release_and_throw(
-        endpoint,
-        " is in use by another process, whose lock file somebody removed; stop that one or choose another path");
-}
-
-void EndpointLock::release_and_throw(const Endpoint& endpoint, const std::string& why) {
-  ::unlink(file_.c_str());
-  ::close(std::exchange(descriptor_, -1));
-  fail_unavailable(endpoint.address, why);
-}
-
-bool EndpointLock::is_held() const noexcept { return descriptor_ >= 0 && is_same_file(descriptor_, file_); }
-
-EndpointLock::~EndpointLock() {
-  if (descriptor_ < 0) return;
-  if (is_held()) ::unlink(file_.c_str());
-  ::close(descriptor_);
-}
-
-EndpointLock::EndpointLock(EndpointLock&& other) noexcept
-    : file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-EndpointLock& EndpointLock::operator=(EndpointLock&& other) noexcept {
-  std::swap(file_, other.file_);
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
 }
 }  // namespace lbea::wire

@@ -23,6 +23,10 @@ class EndpointLock {
   EndpointLock& operator=(EndpointLock&& other) noexcept;
   /// Whether the lock file is still there: somebody may have removed it, and another process may have its own.
   [[nodiscard]] bool is_held() const noexcept;
+  /// Write permission on the socket's node is permission to connect.
+  static void restrict_to_owner(const Endpoint& endpoint) noexcept;
+  /// ZeroMQ does not remove the node. Without the lock it is another process's, started after somebody removed both.
+  void remove_socket(const Endpoint& endpoint) const noexcept;
 
  private:
   [[noreturn]] void release_and_throw(const Endpoint& endpoint, const std::string& why);

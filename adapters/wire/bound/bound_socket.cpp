@@ -1,8 +1,5 @@
 #include "adapters/wire/bound/bound_socket.hpp"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 namespace lbea::wire::detail {
 namespace {
 ZapServer& zap_server_of(WireContext::State& state) {
@@ -36,13 +33,11 @@ BoundSocket::BoundSocket(WireContext& context, zmq::socket_type type, const Sock
   if (where.transport != Transport::inproc) admission = zap_server_of(context.state()).attach(socket, access);
   bind(socket, where);
   endpoint = socket.get(zmq::sockopt::last_endpoint);
-  // Write permission on the node is permission to connect.
-  if (where.transport == Transport::ipc) ::chmod(where.path.c_str(), 0600);
+  EndpointLock::restrict_to_owner(where);
 }
 
 BoundSocket::~BoundSocket() {
   zmq_unbind(socket.handle(), endpoint.c_str());
-  // ZeroMQ does not remove it. Without the lock it is another process's, started after somebody removed both.
-  if (where.transport == Transport::ipc && lock.is_held()) ::unlink(where.path.c_str());
+  lock.remove_socket(where);
 }
 }  // namespace lbea::wire::detail

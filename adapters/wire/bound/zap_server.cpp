@@ -1,11 +1,10 @@
 #include "adapters/wire/bound/zap_server.hpp"
 
+#include "adapters/wire/bound/addresses.hpp"
+
 #include <algorithm>
 #include <iterator>
 #include <new>
-
-#include <netdb.h>
-#include <sys/socket.h>
 
 namespace lbea::wire::detail {
 namespace {
@@ -28,7 +27,7 @@ const char* offense_of(int error) noexcept {
       return "a message above the size limit";
     case EBADMSG:
       return "a message of several parts";
-    case EDQUOT:
+    case too_many_subscriptions:
       return "too many subscriptions";
     default:
       return "something that is not ZeroMQ's protocol";
@@ -39,18 +38,6 @@ std::string decoded(const std::string& key) {
   std::string bytes(32, '\0');
   zmq_z85_decode(reinterpret_cast<std::uint8_t*>(bytes.data()), key.c_str());
   return bytes;
-}
-
-/// `address`: from ZeroMQ, see PeerVisit.
-bool is_from(std::int32_t descriptor, std::string_view address) noexcept {
-  sockaddr_storage peer{};
-  socklen_t size = sizeof peer;
-  std::array<char, NI_MAXHOST> host{};
-  if (::getpeername(descriptor, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return false;
-  if (peer.ss_family == AF_UNIX) return address.starts_with("localhost:");
-  const int error = ::getnameinfo(reinterpret_cast<const sockaddr*>(&peer), size, host.data(), host.size(), nullptr, 0,
-                                  NI_NUMERICHOST);
-  return error == 0 && address == host.data();
 }
 }  // namespace
 

@@ -37,6 +37,10 @@ std::filesystem::path ipc_path(const std::string& address) {
 
 }  // namespace
 
+std::string example_endpoint(const std::string& name, int port) {
+  return has_ipc ? "ipc:///tmp/" + name + ".ipc" : "tcp://127.0.0.1:" + std::to_string(port);
+}
+
 void refuse_endpoint(const std::string& address, const std::string& why) {
   throw Error{Status::bad_config, "endpoint \"" + address + "\": " + why};
 }

@@ -18,6 +18,8 @@ struct Endpoint {
 [[nodiscard]] Endpoint parse_endpoint(const std::string& address);
 /// HOST and PORT of tcp://HOST:PORT. Throws Error{bad_config} without a port.
 [[nodiscard]] std::pair<std::string, std::string> host_and_port(const std::string& address);
+/// For --help: an ipc endpoint where there are such, else one of tcp.
+[[nodiscard]] std::string example_endpoint(const std::string& name, int port);
 /// Throws Error{bad_config} 'endpoint "ADDRESS": WHY'.
 [[noreturn]] void refuse_endpoint(const std::string& address, const std::string& why);
 /// Throws Error{endpoint_unavailable} 'endpoint "ADDRESS"WHAT'.

@@ -1,6 +1,7 @@
 #include "tools/shared/cli/cloud_files.hpp"
 
 #include "adapters/clouds/point_cloud.hpp"
+#include "adapters/files/file_names.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -36,14 +37,15 @@ void append_folder(const fs::path& folder, std::vector<fs::path>& files) {
 
 std::vector<fs::path> find_clouds(const std::vector<std::string>& paths) {
   std::vector<fs::path> files;
-  for (const std::string& path : paths) {
+  for (const std::string& name : paths) {
+    const fs::path path = io::path_of(name);
     std::error_code error;
     if (fs::is_directory(path, error)) {
       append_folder(path, files);
     } else if (fs::exists(path, error)) {
-      files.emplace_back(path);
+      files.push_back(path);
     } else {
-      throw Error{Status::file_not_found, path + ": no such file or folder; check the path"};
+      throw Error{Status::file_not_found, name + ": no such file or folder; check the path"};
     }
   }
   return files;

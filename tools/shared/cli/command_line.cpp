@@ -1,9 +1,13 @@
 #include "tools/shared/cli/command_line.hpp"
 
+#include "adapters/files/file_names.hpp"
+#include "tools/shared/cli/process.hpp"
+
 #include <lbea/version.hpp>
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -85,6 +89,7 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
     : program_(program), owned_(std::make_unique<CLI::App>(description, program)), app_(owned_.get()) {
   app_->set_version_flag("--version", program + " " LBEA_VERSION_STRING);
   app_->footer(footer);
+  app_->allow_windows_style_options(false);  // "/data" is a path
   app_->option_defaults()->always_capture_default();
 }
 
@@ -95,8 +100,10 @@ CommandLine::CommandLine(CLI::App& subcommand) : program_(subcommand.get_name())
 CommandLine::~CommandLine() = default;
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
+  auto arguments = arguments_of(argc, argv);
+  std::ranges::reverse(arguments);  // as CLI11 wants them
   try {
-    app_->parse(argc, argv);
+    app_->parse(std::move(arguments));
     check_numbers(*app_);
   } catch (const CLI::ParseError& error) { return app_->exit(error); }
   return std::nullopt;
@@ -121,7 +128,12 @@ Option* CommandLine::keep(CLI::Option* option) {
 template <class Value>
 requires(!std::is_enum_v<Value>) Option* CommandLine::add_option(const std::string& names, Value& value,
                                                                  const std::string& help) {
-  return keep(app_->add_option(names, value, help));
+  if constexpr (std::is_same_v<Value, std::filesystem::path>) {
+    const auto use = [&value](const std::string& name) { value = io::path_of(name); };
+    return keep(app_->add_option_function<std::string>(names, use, help)->default_str(value.string()));
+  } else {
+    return keep(app_->add_option(names, value, help));
+  }
 }
 
 // The types of values that the programs' options have.

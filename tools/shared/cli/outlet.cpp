@@ -1,11 +1,8 @@
 #include "tools/shared/cli/outlet.hpp"
 
-#include <lbea/lbea.hpp>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <system_error>
 #include <thread>
 
 #include <fcntl.h>
@@ -17,10 +14,7 @@
 namespace lbea::tool {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr auto retry_interval = 20ms;
-constexpr auto longest_wait = 500ms;  // for a reader of the last line
+constexpr auto retry_interval = std::chrono::milliseconds(20);
 
 mode_t type_of(int descriptor) {
   struct stat about {};
@@ -40,22 +34,33 @@ int reopened(int descriptor) {
 
 }  // namespace
 
-Outlet::Outlet(int descriptor) : is_socket_(type_of(descriptor) == S_IFSOCK), descriptor_(reopened(descriptor)) {}
+class Outlet::Stream {
+ public:
+  explicit Stream(int descriptor) : is_socket_(type_of(descriptor) == S_IFSOCK), descriptor_(reopened(descriptor)) {}
+  ~Stream() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
 
-Outlet::~Outlet() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
+  [[nodiscard]] ssize_t write_some(std::string_view text) const noexcept {
+    if (is_socket_) return ::send(descriptor_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+    pollfd room{descriptor_, POLLOUT, 0};
+    if (::poll(&room, 1, 0) == 0) return errno = EAGAIN, -1;
+    return ::write(descriptor_, text.data(), text.size());
+  }
 
-ssize_t Outlet::write_some(std::string_view text) const noexcept {
-  if (is_socket_) return ::send(descriptor_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-  pollfd room{descriptor_, POLLOUT, 0};
-  if (::poll(&room, 1, 0) == 0) return errno = EAGAIN, -1;
-  return ::write(descriptor_, text.data(), text.size());
-}
+ private:
+  bool is_socket_;
+  int descriptor_;
+};
+
+Outlet::Outlet(int descriptor) : stream_(std::make_shared<Stream>(descriptor)) {}
+Outlet::~Outlet() = default;
 
 bool Outlet::write(std::string_view text, const std::function<bool()>& gives_up) const {
   while (!text.empty()) {
-    const ssize_t written = write_some(text);
+    const ssize_t written = stream_->write_some(text);
     if (written < 0 && errno != EAGAIN && errno != EINTR) return false;
     text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
     if (written >= 0) continue;
@@ -63,14 +68,6 @@ bool Outlet::write(std::string_view text, const std::function<bool()>& gives_up)
     std::this_thread::sleep_for(retry_interval);
   }
   return true;
-}
-
-void print_last_line(const std::string& line) {
-  const auto deadline = std::chrono::steady_clock::now() + longest_wait;
-  const bool is_written =
-      Outlet(STDOUT_FILENO).write(line + "\n", [&] { return std::chrono::steady_clock::now() > deadline; });
-  if (!is_written && errno != EAGAIN && errno != EPIPE)
-    throw Error(Status::write_failed, "cannot write to standard output: " + std::generic_category().message(errno));
 }
 
 }  // namespace lbea::tool

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
-
-#include <sys/types.h>
 
 namespace lbea::tool {
 
@@ -20,14 +19,8 @@ class Outlet {
   bool write(std::string_view text, const std::function<bool()>& gives_up) const;
 
  private:
-  [[nodiscard]] ssize_t write_some(std::string_view text) const noexcept;
-
-  bool is_socket_;
-  int descriptor_;
+  class Stream;
+  std::shared_ptr<Stream> stream_;
 };
-
-/// Prints the last line of a program to standard output. Waits for a reader for at most half a second; a line that
-/// cannot be written for another reason throws Error{write_failed}.
-void print_last_line(const std::string& line);
 
 }  // namespace lbea::tool

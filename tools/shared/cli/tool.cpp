@@ -1,18 +1,19 @@
 #include "tools/shared/cli/tool.hpp"
 
 #include "tools/shared/cli/printable.hpp"
+#include "tools/shared/cli/process.hpp"
 
 #include <lbea/lbea.hpp>
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
+#include <map>
 #include <new>
 #include <system_error>
-
-#include <poll.h>
-#include <unistd.h>
 
 namespace lbea::tool {
 namespace {
@@ -40,31 +41,14 @@ const std::terminate_handler default_handler = std::set_terminate(end);
 
 /// Memory may also run out where no handler is active: before run(), or in a noexcept thread function.
 [[noreturn]] void end() {
-  constexpr char sentence[] = "error: out of memory\n";
-  if (is_out_of_memory()) {
-    static_cast<void>(!::write(STDERR_FILENO, sentence, sizeof(sentence) - 1));
-    ::_exit(exit_failed);
-  }
+  if (is_out_of_memory()) end_process("error: out of memory\n");
   default_handler();
   std::abort();
-}
-
-/// A mapped file has become shorter, or its disk has failed.
-[[noreturn]] void end_without_file(int) {
-  constexpr char sentence[] =
-      "error: a file became shorter while it was read, or its disk failed; replace files by renaming others (mv)\n";
-  static_cast<void>(!::write(STDERR_FILENO, sentence, sizeof(sentence) - 1));
-  ::_exit(exit_failed);
 }
 
 std::string sentence_of(const std::system_error& error) {
   if (error.code() != std::errc::resource_unavailable_try_again) return error.what();
   return "the system grants no further thread or process; end others, or raise the limit (ulimit -u, TasksMax=)";
-}
-
-bool has_reader_left() {
-  pollfd out{STDOUT_FILENO, POLLOUT, 0};
-  return ::poll(&out, 1, 0) > 0 && (out.revents & (POLLERR | POLLHUP)) != 0;
 }
 
 /// Buffered output may still fail to be written. A reader that wants no more of it (head) is not a failure.
@@ -86,10 +70,7 @@ void Tool::list_formats_by(const std::string& formats) {
 }
 
 int Tool::run(int argc, char** argv, const std::function<int()>& body) {
-  // A write beyond the file-size limit, or to a pipe without a reader, then fails with an error instead of a signal.
-  std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGBUS, end_without_file);
+  prepare_process();
   if (const auto parsed = parse(argc, argv)) return *parsed == 0 ? exit_ok : exit_usage;
   try {
     for (const auto& check : usage_checks_) check();
@@ -132,13 +113,7 @@ void require_distinct_endpoints(const std::vector<std::pair<std::string, std::st
 }
 
 void catch_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop_requested = 1; };
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  struct sigaction hangup {};
-  sigaction(SIGHUP, nullptr, &hangup);
-  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup ignores it
+  on_stop_request([] { stop_requested = 1; });
 }
 
 }  // namespace lbea::tool

@@ -40,8 +40,7 @@ class Tool : public CommandLine {
 /// with their addresses, empty when not given; "any free port" is never the same. Throws WrongUsage.
 void require_distinct_endpoints(const std::vector<std::pair<std::string, std::string>>& options);
 
-/// Set by SIGINT, SIGTERM and SIGHUP (the terminal has closed) after catch_stop_signals(): loops check it and end
-/// cleanly.
+/// Set after catch_stop_signals() when the program shall end (see on_stop_request()): loops check it and end cleanly.
 extern volatile std::sig_atomic_t stop_requested;
 void catch_stop_signals();
 

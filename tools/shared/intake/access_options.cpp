@@ -1,12 +1,14 @@
 #include "tools/shared/intake/access_options.hpp"
 
+#include "adapters/files/file_names.hpp"
+
 namespace lbea::tool {
 
 namespace {
 
 void add_keys(wire::ServerAccess& access, const std::vector<std::string>& files) {
   for (const std::string& file : files)
-    for (wire::AllowedPeer& peer : wire::read_public_keys(file)) access.allowed.push_back(std::move(peer));
+    for (wire::AllowedPeer& peer : wire::read_public_keys(io::path_of(file))) access.allowed.push_back(std::move(peer));
 }
 
 }  // namespace
@@ -29,7 +31,7 @@ void ServerAccessOptions::add_listeners_to(CommandLine& app) {
 wire::ServerAccess ServerAccessOptions::load() const {
   wire::ServerAccess access;
   access.max_peers = max_peers;
-  if (!key_file.empty()) access.keys = wire::read_key_pair(key_file);
+  if (!key_file.empty()) access.keys = wire::read_key_pair(io::path_of(key_file));
   add_keys(access, allow_files);
   wire::check_access(access);
   return access;
@@ -48,6 +50,8 @@ void ClientAccessOptions::add_to(CommandLine& app) {
       ->needs(server);
 }
 
-wire::ClientAccess ClientAccessOptions::load() const { return wire::read_client_access(server_key_file, key_file); }
+wire::ClientAccess ClientAccessOptions::load() const {
+  return wire::read_client_access(io::path_of(server_key_file), io::path_of(key_file));
+}
 
 }  // namespace lbea::tool

@@ -1,0 +1,52 @@
+# For the tests of the programs for Windows: compared with those of the build for this machine (HOST_BUILD), and with its
+# lbea-serve at the other end. The scripts set `host`, `windows` (the emulator and the program) and `name`.
+export LC_ALL=C.UTF-8 # the emulator reads file names by it
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+sensor=$project/tests/data/rail-demo/sensor.json model=$host/demo/rail.lbea clouds=$host/demo/frames
+linux=$host/tools/${name#lbea-}/$name
+for needed in "$model" "$linux" "$host/tools/serve/lbea-serve" "$host/tools/keygen/lbea-keygen"; do
+  [ -e "$needed" ] || { echo "skipped: $needed is missing; build the preset ci and run its tests first"; exit 77; }
+done
+"${windows[@]}" --version >/dev/null 2>&1 || { echo "skipped: ${windows[*]} does not run; install wine64"; exit 77; }
+work=$(mktemp -d)
+server=
+trap '[ -z "$server" ] || kill -9 "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
+fail() { printf '%s\n' "$@" >&2; exit 1; }
+
+# lbea-serve with any ports; sets `frames` and `results`.
+serve() { # arguments
+  "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" \
+    --queue 64 --json "$@" >"$work/tally" 2>"$work/log" &
+  server=$!
+  for _ in $(seq 600); do
+    grep -q 'ready: frames on ' "$work/log" && break
+    kill -0 "$server" 2>/dev/null || fail "lbea-serve ended:" "$(cat "$work/log")"
+    sleep 0.1
+  done
+  frames=$(sed -n 's/.*frames on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+  results=$(sed -n 's/.*results on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+}
+# Ends it; every one of so many captures must have been matched.
+stop_serving() { # captures
+  kill -INT "$server"
+  wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/tally" "$work/log")"
+  server=
+  for part in "\"captured\":$1,\"received\":$1," "\"matched\":$1,"; do
+    grep -qF "$part" "$work/tally" || fail "lbea-serve did not count $part" "$(cat "$work/tally")"
+  done
+}
+
+# The program for Windows must print what the one for this machine prints, and end with the same exit code, which must
+# be `expected`.
+check_same() { # expected exit code, arguments
+  local expected=$1 code=0 windows_code=0
+  shift
+  "$linux" "$@" >"$work/out" 2>"$work/err" || code=$?
+  "${windows[@]}" "$@" >"$work/windows_out" 2>"$work/windows_err" || windows_code=$?
+  [ "$code" -eq "$expected" ] || fail "$name $*: exit code $code instead of $expected" "$(cat "$work/err")"
+  [ "$windows_code" -eq "$expected" ] ||
+    fail "$name.exe $*: exit code $windows_code instead of $expected" "$(cat "$work/windows_err")"
+  cmp "$work/out" "$work/windows_out" || fail "$name $* prints on Windows:" "$(head -c 4000 "$work/windows_out")"
+  diff "$work/err" <(tr '\\' / <"$work/windows_err") || # separators in paths
+    fail "$name $*: another message on Windows"
+}
