@@ -333,7 +333,8 @@ void print_model(const std::filesystem::path& file, bool as_json) {
 void print_diff(const std::filesystem::path& before, const std::filesystem::path& after, bool as_json) {
   const Json changes = diff(before, after);
   if (as_json) return void(std::puts(pretty(changes).c_str()));
-  if (changes["same"].get<bool>()) return void(std::printf("%s and %s hold the same\n", before.c_str(), after.c_str()));
+  if (changes["same"].get<bool>())
+    return void(std::printf("%s and %s hold the same\n", before.string().c_str(), after.string().c_str()));
   print_names("run", changes["runs"]);
   for (const auto& [key, change] : changes["settings"].items())
     std::printf("%-8s %-9s  %s: %s -> %s\n", "setting", "changed", printable(key).c_str(),

@@ -170,7 +170,7 @@ void print_sessions(const RunAudit& audit) {
 }
 
 void print_verdict(const std::filesystem::path& file, const RunAudit& audit) {
-  std::printf("%s: %s, %llu bytes\n", file.c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE",
+  std::printf("%s: %s, %llu bytes\n", file.string().c_str(), audit.is_complete() ? "complete" : "NOT COMPLETE",
               number(audit.file.bytes));
   const auto flaws = audit.flaws();
   if (audit.holds_all_that_came() && !flaws.empty())
@@ -212,7 +212,7 @@ void print_recovery(const std::filesystem::path& fixed, const mcap::Recovery& do
     std::printf("%s\n", pretty(to_json(fixed, done)).c_str());
     return;
   }
-  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.c_str(), number(done.messages),
+  std::printf("%s: %llu messages in %llu chunks recovered\n", fixed.string().c_str(), number(done.messages),
               number(done.chunks));
   for (const mcap::Gap& gap : done.gaps)
     std::printf("  bytes %llu to %llu could not be read: %s\n", number(gap.begin), number(gap.end),
@@ -245,7 +245,9 @@ void recover_recording(const std::filesystem::path& damaged, const std::filesyst
   std::error_code unknown;
   const std::filesystem::path partial = mcap::partial_name(fixed);
   const bool is_made_of_partial = std::filesystem::equivalent(partial, damaged, unknown);
-  mcap::PartialFile sink(fixed, is_made_of_partial ? fixed.string() + ".recovering" : partial.string());
+  std::filesystem::path recovering = fixed;
+  recovering += ".recovering";
+  mcap::PartialFile sink(fixed, is_made_of_partial ? recovering : partial);
   try {
     print_recovery(fixed, mcap::recover(source, sink, closing_metadata_name), as_json);
   } catch (const Error& error) {

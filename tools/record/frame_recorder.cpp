@@ -7,6 +7,7 @@
 #include "tools/shared/intake/frame_receiver.hpp"
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/recording/run_recorder.hpp"
+#include "tools/shared/recording/trigger_signal.hpp"
 
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>

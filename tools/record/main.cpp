@@ -1,4 +1,5 @@
 // lbea-record: records frames without a matcher, or between a rig and its matcher.
+#include "adapters/wire/sockets/endpoint.hpp"
 #include "tools/record/frame_recorder.hpp"
 #include "tools/shared/cli/tool.hpp"
 
@@ -18,7 +19,8 @@ void add_options(Tool& tool, RecordOptions& options) {
                   "strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
       ->required()
       ->transform(recording_name());
-  tool.add_option("--frames", options.frames_endpoint, "endpoint to receive frames on, e.g. ipc:///tmp/rig.ipc")
+  tool.add_option("--frames", options.frames_endpoint,
+                  "endpoint to receive frames on, e.g. " + wire::example_endpoint("rig", 5554))
       ->required()
       ->check(not_empty());
   tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to forward to")
@@ -54,7 +56,8 @@ void add_options(Tool& tool, RecordOptions& options) {
 int main(int argc, char** argv) {
   lbea::tool::RecordOptions options;
   lbea::tool::Tool tool("lbea-record", lbea::tool::description,
-                        "lbea-record test.mcap --frames ipc:///tmp/rig.ipc --forward ipc:///tmp/frames.ipc");
+                        "lbea-record test.mcap --frames " + lbea::wire::example_endpoint("rig", 5554) + " --forward " +
+                            lbea::wire::example_endpoint("frames", 5555));
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::record(options); });
 }

@@ -12,6 +12,7 @@
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
+#include "tools/shared/recording/trigger_signal.hpp"
 
 #include <spdlog/spdlog.h>
 

@@ -1,6 +1,7 @@
 // The queue of records between the thread that receives messages and the thread that writes them.
 #pragma once
 
+#include "tools/shared/recording/mirrored_memory.hpp"
 #include "tools/shared/recording/recording_file.hpp"
 
 #include <algorithm>
@@ -14,17 +15,14 @@ class RecordRing {
  public:
   /// At least `bytes`, rounded up to whole pages, which are touched once to avoid page faults later.
   /// Throws Error{bad_config} when the system has not enough memory.
-  explicit RecordRing(std::size_t bytes);
-  ~RecordRing();
-  RecordRing(const RecordRing&) = delete;
-  RecordRing& operator=(const RecordRing&) = delete;
+  explicit RecordRing(std::size_t bytes) : memory_(bytes) {}
 
-  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+  [[nodiscard]] std::size_t capacity() const noexcept { return memory_.size(); }
   /// Bytes put and not yet released; exact only for the two threads themselves.
   [[nodiscard]] std::size_t used() const noexcept {
     const std::uint64_t released =
         released_.load(std::memory_order_acquire);  // read first, so that it is not the larger
-    return std::min(static_cast<std::size_t>(written_.load(std::memory_order_acquire) - released), capacity_);
+    return std::min(static_cast<std::size_t>(written_.load(std::memory_order_acquire) - released), capacity());
   }
 
   // Producer.
@@ -39,8 +37,7 @@ class RecordRing {
 
  private:
   static constexpr std::size_t cache_line = 64;
-  std::size_t capacity_;
-  std::byte* memory_ = nullptr;
+  MirroredMemory memory_;
   alignas(cache_line) std::atomic<std::uint64_t> written_{0};
   alignas(cache_line) std::atomic<std::uint64_t> released_{0};
 };

@@ -1,14 +1,16 @@
 #include "tools/shared/recording/recording_options.hpp"
 
+#include "adapters/files/file_names.hpp"
+#include "runtime/src/model/mapped_file.hpp"
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/recording/local_time.hpp"
+#include "tools/shared/recording/trigger_signal.hpp"
 
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <ctime>
 #include <system_error>
-
-#include <unistd.h>
 
 namespace lbea::tool {
 namespace {
@@ -18,8 +20,6 @@ constexpr auto disk_interval = std::chrono::milliseconds(500);
 constexpr std::size_t megabyte = std::size_t{1} << 20;
 constexpr double most_window_s = 86'400;
 constexpr std::int64_t least_clock_step_ns = 100'000'000;
-
-volatile std::sig_atomic_t trigger_requested = 0;
 
 const std::map<std::string, mcap::Compression> compression_names{
     {"none", mcap::Compression::none}, {"lz4", mcap::Compression::lz4}, {"zstd", mcap::Compression::zstd}};
@@ -40,24 +40,27 @@ RecordWindow parse_window(const std::string& text) {
   throw Error(Status::bad_config, "--record-window \"" + text + "\": not BEFORE:AFTER in seconds; write e.g. 0.5:2");
 }
 
+/// Nothing without a window.
+std::optional<RecordWindow> window_of(const RecordingOptions& options) {
+  if (options.window.empty()) return std::nullopt;
+  if (!has_trigger_signal() && !options.trigger_ns)
+    throw Error(Status::bad_config, "--record-window: nothing can trigger the recording; give --trigger-ns as well");
+  return parse_window(options.window);
+}
+
 void check_memory(std::size_t bytes) {
-  const auto pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGE_SIZE);
-  const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
+  const std::uint64_t installed = memory_of_machine();
   if (bytes > installed / 2)
     throw Error(Status::bad_config,
                 fmt::format("--record-memory {} MB is more than half of this machine's {} MB; request less",
                             bytes / megabyte, installed / megabyte));
 }
 
-constexpr std::string_view conversions =
-    "%YCymBbhdejHIMSFTRpZzaAuwUWVGgs";  // of strftime, without those that produce slashes or line ends
-
 /// Empty when `pattern` is not valid or gives an empty name.
 std::string name_at(const std::string& pattern, std::time_t time) {
   for (auto at = pattern.find('%'); at != std::string::npos; at = pattern.find('%', at + 2))
-    if (at + 1 == pattern.size() || conversions.find(pattern[at + 1]) == std::string_view::npos) return {};
-  std::tm local{};
-  ::localtime_r(&time, &local);
+    if (at + 1 == pattern.size() || time_conversions().find(pattern[at + 1]) == std::string_view::npos) return {};
+  const std::tm local = local_time(time);
   std::array<char, 4096> name{};  // the longest path
   return {name.data(), std::strftime(name.data(), name.size(), pattern.c_str(), &local)};
 }
@@ -72,8 +75,8 @@ void add_recording_options(Tool& tool, RecordingOptions& options) {
   tool.add_choice("--record-compression", options.config.compression, compression_names,
                   "none: as fast as the disk; lz4, zstd: smaller files, but slower");
   tool.add_option("--record-window", options.window,
-                  "BEFORE:AFTER in seconds: record only what happens around a trigger, which is SIGUSR1 or the first "
-                  "frame captured at --trigger-ns or later");
+                  std::string("BEFORE:AFTER in seconds: record only what happens around a trigger, which is ") +
+                      trigger_signal_text() + "the first frame captured at --trigger-ns or later");
 }
 
 Check recording_name() {
@@ -91,14 +94,10 @@ Check recording_name() {
   return Check(replace, "");
 }
 
-void catch_trigger_signal() {
-  std::signal(SIGUSR1, [](int) { trigger_requested = 1; });
-}
-
 void check_recording(const RecordingOptions& options) {
   check_memory(options.memory_mb * megabyte);
-  if (!options.window.empty()) static_cast<void>(parse_window(options.window));
-  const mcap::PartialFile probe(options.file);
+  static_cast<void>(window_of(options));
+  const mcap::PartialFile probe(io::path_of(options.file));
 }
 
 std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings) {
@@ -106,17 +105,16 @@ std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, Ru
   RecorderConfig config = options.config;
   config.frame_ring_bytes = options.memory_mb * megabyte;
   check_memory(config.frame_ring_bytes);
-  if (!options.window.empty()) config.window = parse_window(options.window);
+  config.window = window_of(options);
   settings.record_window = options.window;
-  auto recorder = std::make_unique<RunRecorder>(options.file, config, settings);
+  auto recorder = std::make_unique<RunRecorder>(io::path_of(options.file), config, settings);
   if (config.window && options.trigger_ns) recorder->trigger_at(*options.trigger_ns);
   spdlog::info("recording to {}{}", options.file, config.window ? ", waiting for the trigger" : "");
   return recorder;
 }
 
 void RecordingLog::forward_trigger() {
-  if (trigger_requested == 0) return;
-  trigger_requested = 0;
+  if (!take_trigger_signal()) return;
   if (recorder_ != nullptr && recorder_->status().window)
     recorder_->trigger_now();
   else
@@ -190,7 +188,7 @@ bool RecordingLog::finish() {
   log_changes(status);
   if (status.phase == wire::RecordingPhase::failed)
     spdlog::error("recording: {} could not be closed{}; the recorded part is in {}, see lbea-inspect --recover", file_,
-                  reason(status.last_error), mcap::partial_name(file_).string());
+                  reason(status.last_error), mcap::partial_name(io::path_of(file_)).string());
   spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, peak memory use {} %",
                status.frames.recorded, status.notes.recorded, status.bytes / megabyte,
                status.longest_write_ns / 1'000'000,

@@ -24,9 +24,6 @@ void add_recording_options(Tool& tool, RecordingOptions& options);
 /// Throws what begin_recording() would throw, and leaves no file.
 void check_recording(const RecordingOptions& options);
 
-/// Makes SIGUSR1 a trigger. Without a window it causes a warning.
-void catch_trigger_signal();
-
 /// Null without a file. With a window, the first frame captured at options.trigger_ns or later is a trigger too. Throws
 /// Error{bad_config | write_failed}.
 [[nodiscard]] std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, RunSettings settings);
