@@ -57,8 +57,9 @@ for consumer in consumer static_consumer; do
   run $consumer /no/such/model >/dev/null || code=$?
   [ "$code" -eq 3 ] || fail "$consumer does not catch exceptions of the library"
 done
-for program in "$archive"/bin/lbea-*.exe; do
-  [ -e "$program" ] || continue
+for built in "$build"/bin/lbea-*.exe; do
+  [ -e "$built" ] || continue
+  program=$archive/bin/$(basename "$built")
   printed=$("${emulator[@]}" "$program" --version | tr -d '\r')
   [[ $printed == "$(basename "$program" .exe) "* ]] || fail "$program --version printed: $printed"
 done

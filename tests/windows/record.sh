@@ -13,6 +13,7 @@ trap '[ -z "$recorder" ] || kill -9 "$recorder" 2>/dev/null || true; [ -z "$serv
 
 # lbea-record.exe with any port; sets `rig`.
 record() { # file, arguments
+  : >"$work/record_log" # of an earlier one
   "${windows[@]}" "$1" --frames "tcp://127.0.0.1:*" --record-memory 16 --json "${@:2}" >"$work/tally" 2>"$work/record_log" &
   recorder=$!
   for _ in $(seq 600); do

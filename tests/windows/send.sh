@@ -13,10 +13,10 @@ for key in matcher camera; do "$host/tools/keygen/lbea-keygen" "$work/$key" >/de
 folder="$work/Tür 2" # also with a blank
 cp -r "$clouds" "$folder"
 
-# Until somebody is connected to lbea-serve's results, and a little longer, for the subscription.
-wait_for_listener() {
+# Until somebody is connected, and a little longer, for a subscription.
+wait_for_peer() { # endpoint
   local port
-  port=$(printf ':%04X' "${results##*:}")
+  port=$(printf ':%04X' "${1##*:}")
   for _ in $(seq 200); do
     awk -v port="$port" 'substr($2, 9) == port && $4 == "01" { found = 1 } END { exit !found }' /proc/net/tcp && break
     sleep 0.05
@@ -32,7 +32,7 @@ send_by() { # file, keys of lbea-serve, keys of the clients, program
   serve "${server_keys[@]}"
   "$work/subscribe" "$results" ${client_keys[0]:+"$work/matcher.pub" "$work/camera.key"} >"$1" 2>"$1.account" &
   subscriber=$!
-  wait_for_listener
+  wait_for_peer "$results"
   "${@:4}" "$folder" --to "$frames" --results "$results" --json "${client_keys[@]}" >"$work/sent" 2>"$work/sent_log" ||
     fail "$4 failed:" "$(cat "$work/sent" "$work/sent_log")"
   wait "$subscriber" || fail "results are lost:" "$(cat "$1.account")"
@@ -52,6 +52,18 @@ for keys in without with; do
   diff "$work/linux_$keys" "$work/windows_$keys" || fail "$keys keys, the results differ"
   [ "$(wc -l <"$work/windows_$keys")" -eq "$count" ] || fail "not one result per frame"
 done
+
+# Ctrl-C ends it with its tally.
+serve
+"${windows[@]}" "$folder" --to "$frames" --loop 0 --json >"$work/sent" 2>"$work/sent_log" &
+sender=$!
+wait_for_peer "$frames"
+kill -INT "$sender"
+wait "$sender" || fail "Ctrl-C: exit code $?" "$(cat "$work/sent" "$work/sent_log")"
+grep -q '^{"captured":[0-9]*,"sent":' "$work/sent" || fail "after Ctrl-C it printed: $(cat "$work/sent")"
+kill -9 "$server"
+wait "$server" 2>/dev/null || true
+server=
 
 # What cannot work ends as on this machine, with the same words.
 cp -r "$clouds" "$work/damaged"

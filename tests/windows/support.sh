@@ -15,6 +15,7 @@ fail() { printf '%s\n' "$@" >&2; exit 1; }
 
 # lbea-serve with any ports; sets `frames` and `results`.
 serve() { # arguments
+  : >"$work/log" # of an earlier one
   "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" \
     --queue 64 --json "$@" >"$work/tally" 2>"$work/log" &
   server=$!
