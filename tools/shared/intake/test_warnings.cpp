@@ -150,14 +150,13 @@ void RigUse::add(const wire::WireResult& result) {
   if (!begins) return;
   if (*begins) {
     rigs_.clear();
-    captures_ = contradictions_ = 0;
+    contradictions_ = {};
   }
   const auto is_explained = [](const wire::WireRigFrame& rig) {
     return rig.is_used && rig.verdict == wire::WireVerdict::matched;
   };
-  ++captures_;
-  if (result.verdict == wire::WireVerdict::unknown && std::ranges::count_if(result.rigs, is_explained) > 1)
-    ++contradictions_;
+  contradictions_.add(result.verdict == wire::WireVerdict::unknown &&
+                      std::ranges::count_if(result.rigs, is_explained) > 1);
   for (const wire::WireRigFrame& frame : result.rigs) {
     auto rig = std::ranges::find(rigs_, frame.rig, &Rig::name);
     if (rig == rigs_.end()) rig = rigs_.insert(rigs_.end(), {frame.rig});
@@ -171,11 +170,6 @@ std::optional<RigUse::Unused> RigUse::unused() const noexcept {
   for (const Rig& rig : rigs_)
     if (rig.frames >= fewest && 2 * rig.used < rig.frames) return Unused{rig.name, rig.frames, rig.used};
   return std::nullopt;
-}
-
-bool RigUse::contradict() const noexcept {
-  constexpr std::uint32_t fewest = 4;
-  return contradictions_ >= fewest && 4 * contradictions_ >= captures_;
 }
 
 std::string contradiction_warning() {

@@ -108,8 +108,24 @@ class CaptureTimes {
 /// A sentence for wrong capture times.
 [[nodiscard]] std::string capture_times_warning(CaptureTimes::Problem problem);
 
-/// How many of each rig's frames the results of a test rest on, and how many captures have frames that simulations
-/// explain one by one, but not together.
+/// How many captures of a test have frames that simulations explain one by one, but not together.
+class Contradictions {
+ public:
+  void add(bool is_contradiction) noexcept {
+    ++captures_;
+    contradictions_ += is_contradiction ? 1 : 0;
+  }
+  /// A quarter of them.
+  [[nodiscard]] bool are_many() const noexcept {
+    constexpr std::uint32_t fewest = 4;
+    return contradictions_ >= fewest && 4 * contradictions_ >= captures_;
+  }
+
+ private:
+  std::uint32_t captures_ = 0, contradictions_ = 0;
+};
+
+/// How many of each rig's frames the results of a test rest on, and whether the rigs contradict each other.
 class RigUse {
  public:
   void add(const wire::WireResult& result);
@@ -119,8 +135,7 @@ class RigUse {
     std::uint32_t frames = 0, used = 0;
   };
   [[nodiscard]] std::optional<Unused> unused() const noexcept;
-  /// Of a quarter of the captures.
-  [[nodiscard]] bool contradict() const noexcept;
+  [[nodiscard]] bool contradict() const noexcept { return contradictions_.are_many(); }
 
  private:
   struct Rig {
@@ -129,7 +144,7 @@ class RigUse {
   };
   TestDivision tests_;
   std::vector<Rig> rigs_;
-  std::uint32_t captures_ = 0, contradictions_ = 0;
+  Contradictions contradictions_;
 };
 
 /// A sentence for a rig whose frames were not used.

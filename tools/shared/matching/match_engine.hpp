@@ -2,12 +2,14 @@
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
+#include "tools/shared/intake/test_warnings.hpp"
 
 #include <lbea/forecast.hpp>
 #include <lbea/rigs.hpp>
 #include <lbea/test_history.hpp>
 #include <lbea/tracker.hpp>
 
+#include <algorithm>
 #include <optional>
 
 namespace lbea::tool {
@@ -141,13 +143,26 @@ class ModelRigEngine final : public ModelTest<RigEngine> {
   void match_alone(std::size_t rig, const Frame& frame) noexcept override { matcher_.match_alone(rig, frame); }
   MatchResult combine() noexcept override { return matcher_.combine(); }
   [[nodiscard]] std::span<const RigResult> rigs() const noexcept override { return matcher_.rigs(); }
+  /// Without a verdict if the rigs contradict each other.
+  const TestState* track(const MatchResult& result) noexcept override {
+    const TestState* const test = ModelTest::track(result);
+    const auto is_explained = [](const RigResult& rig) { return rig.is_used && rig.verdict == Verdict::matched; };
+    contradictions_.add(result.verdict == Verdict::unknown && std::ranges::count_if(rigs(), is_explained) > 1);
+    if (test == nullptr || !contradictions_.are_many()) return test;
+    contradicted_ = *test;
+    contradicted_.verdict = Verdict::unknown;
+    return &contradicted_;
+  }
   void begin_test() noexcept override {
     ModelTest::begin_test();
     matcher_.reset();
+    contradictions_ = {};
   }
 
  private:
   RigMatcher matcher_;
+  Contradictions contradictions_;
+  TestState contradicted_;
 };
 
 /// The model as the state message describes it.
