@@ -19,8 +19,8 @@ using format::SectionId;
 
 namespace {
 
-void check_refused(const ChannelDescription& channel, const std::vector<std::string>& words,
-                   const Ensemble& ensemble = written_plates()) {
+void check_history_refused(const ChannelDescription& channel, const std::vector<std::string>& words,
+                           const Ensemble& ensemble = written_plates()) {
   const TemporaryFolder folder;
   check_error(error_of([&] { bake_model(ensemble, with_histories({channel}), folder / "m.lbea"); }), Status::bad_config,
               words);
@@ -83,21 +83,21 @@ TEST_CASE("histories: of a run with another mesh they are its own") {
 }
 
 TEST_CASE("histories: those that a run lacks are refused with what it has") {
-  check_refused(history({"energy"}), {"run plate_0 has no history 'energy'; it has: kinetic_energy, part_mass, "
-                                      "part_velocity_x, rigid_wall_force"});
-  check_refused(energy(), {"run plate_0 has no history 'kinetic_energy'; it has: none"}, bent_plates());
-  check_refused(history({"kinetic_energy", HistoryOwner::part, 3}), {"of the whole run; remove part and wall"});
-  check_refused(history({"part_mass"}), {"'part_mass' is of a part; give its number, as part = 7"});
-  check_refused(history({"part_mass", HistoryOwner::wall, 1}), {"'part_mass' is of a part"});
-  check_refused(history({"rigid_wall_force"}), {"as wall = 1"});
-  check_refused(history({"part_mass", HistoryOwner::part, 2}),
-                {"run plate_0 has no part 2 with history 'part_mass'; it has: 7, 3"});
+  check_history_refused(history({"energy"}), {"run plate_0 has no history 'energy'; it has: kinetic_energy, part_mass, "
+                                              "part_velocity_x, rigid_wall_force"});
+  check_history_refused(energy(), {"run plate_0 has no history 'kinetic_energy'; it has: none"}, bent_plates());
+  check_history_refused(history({"kinetic_energy", HistoryOwner::part, 3}), {"of the whole run; remove part and wall"});
+  check_history_refused(history({"part_mass"}), {"'part_mass' is of a part; give its number, as part = 7"});
+  check_history_refused(history({"part_mass", HistoryOwner::wall, 1}), {"'part_mass' is of a part"});
+  check_history_refused(history({"rigid_wall_force"}), {"as wall = 1"});
+  check_history_refused(history({"part_mass", HistoryOwner::part, 2}),
+                        {"run plate_0 has no part 2 with history 'part_mass'; it has: 7, 3"});
   Ensemble one_lacks = written_plates();
   one_lacks.runs[2].open = [] {
     return std::make_unique<WrittenPlate>(bending_plate(final_angle(2), 6), 2,
                                           std::vector<SimulationHistory>{{"internal_energy"}});
   };
-  check_refused(energy(), {"run plate_2 has no history 'kinetic_energy'; it has: internal_energy"}, one_lacks);
+  check_history_refused(energy(), {"run plate_2 has no history 'kinetic_energy'; it has: internal_energy"}, one_lacks);
   BakeOptions lenient;
   lenient.leaves_out_broken = true;
   const Baked baked(one_lacks, with_histories({energy()}), lenient);
@@ -111,16 +111,17 @@ TEST_CASE("histories: descriptions that cannot be are refused") {
     change(channel);
     return channel;
   };
-  check_refused(changed([](auto& c) { c.unit = ""; }), {"channel 'the kinetic_energy' needs a unit"});
-  check_refused(changed([](auto& c) { c.unit = "J\n"; }), {"needs a unit"});
-  check_refused(changed([](auto& c) { c.component = ChannelComponent::x; }), {"is a history, which has no components"});
-  check_refused(changed([](auto& c) { c.points = {ChannelPoint{true, 1001, {}}}; }), {"needs 0 points, not 1"});
-  check_refused(changed([](auto& c) { c.field = "plastic_strain"; }), {"is not of a field"});
-  check_refused(changed([](auto& c) { c.cfc = 1001; }), {"from 1 to 1000"});
+  check_history_refused(changed([](auto& c) { c.unit = ""; }), {"channel 'the kinetic_energy' needs a unit"});
+  check_history_refused(changed([](auto& c) { c.unit = "J\n"; }), {"needs a unit"});
+  check_history_refused(changed([](auto& c) { c.component = ChannelComponent::x; }),
+                        {"is a history, which has no components"});
+  check_history_refused(changed([](auto& c) { c.points = {ChannelPoint{true, 1001, {}}}; }), {"needs 0 points, not 1"});
+  check_history_refused(changed([](auto& c) { c.field = "plastic_strain"; }), {"is not of a field"});
+  check_history_refused(changed([](auto& c) { c.cfc = 1001; }), {"from 1 to 1000"});
   const auto of_node = [](ChannelDescription& c) {
     c.kind = ChannelKind::displacement, c.points = {ChannelPoint{true, 1020, {}}};
   };
-  check_refused(changed(of_node), {"is not a history; remove"});
+  check_history_refused(changed(of_node), {"is not a history; remove"});
 }
 
 TEST_CASE("histories: a number that is not finite is refused, unless its state is not needed") {
