@@ -9,7 +9,7 @@ def=$here/../../runtime/lbea.def
 target=x86_64-w64-mingw32
 
 # Here size_t is unsigned long long, and int64_t long long.
-known=$(sed -n 's/^T //p' "$here/symbols.txt" | sed -E 's/18446744073709551615ul/&l/g; s/\<long\>/long long/g')
+known=$(sed -n 's/^T //p' "$here/symbols.txt" | sed -E 's/[0-9]ul\>/&l/g; s/\<long\>/long long/g')
 names() {  # the mangled names of known functions
   $target-nm --defined-only "$archive" 2>/dev/null | sed -n 's/^[0-9a-f]* T //p' | sort -u | while read -r name; do
     printf '%s\t%s\n' "$name" "$(c++filt "$name")"
