@@ -136,15 +136,12 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const Fi
 /// The depth images of further rigs, rendered of the samples that are written.
 void write_more_views(const BakePlan& plan, const SampleSource& first, const BakeOptions& options,
                       ModelWriter& writer) {
-  const Survey& survey = plan.survey;
   Stage rendering(options, "views", plan.more_cameras.size() * first.samples.size());
   for (std::uint32_t part = 1; part <= plan.more_cameras.size(); ++part) {
     const DepthCamera& camera = plan.more_cameras[part - 1];
-    const auto renderer = part <= options.more_depth_renderers.size()
-                              ? options.more_depth_renderers[part - 1](survey.mesh, survey.min, survey.max)
-                              : nullptr;
-    if (renderer == nullptr || camera_key(renderer->camera()) != camera_key(camera))
-      throw Error(Status::bad_config, "a further sensor description changed since the bake was planned; plan again");
+    const bool is_given = part <= options.more_depth_renderers.size();
+    const auto renderer =
+        planned_renderer(is_given ? options.more_depth_renderers[part - 1] : DepthRendering(), plan.survey, camera);
     const std::size_t cells = padded_cells(camera);
     work_in_parallel(first.samples.size(), options.threads, [&](const auto& next) {
       std::vector<float> positions(3 * first.nodes);

@@ -206,13 +206,7 @@ class SampleMaker {
 
  private:
   [[nodiscard]] std::unique_ptr<DepthRenderer> make_renderer() const {
-    if (!plan_.camera) return nullptr;
-    auto renderer = options_.depth_renderer
-                        ? options_.depth_renderer(plan_.survey.mesh, plan_.survey.min, plan_.survey.max)
-                        : nullptr;
-    if (renderer == nullptr || camera_key(renderer->camera()) != camera_key(*plan_.camera))
-      throw Error(Status::bad_config, "the sensor description changed since the bake was planned; plan again");
-    return renderer;
+    return plan_.camera ? planned_renderer(options_.depth_renderer, plan_.survey, *plan_.camera) : nullptr;
   }
 
   void make_missing(std::size_t run, SampleRecord& buffer, Stage& stage) const {

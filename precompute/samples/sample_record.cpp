@@ -104,6 +104,14 @@ std::array<std::uint32_t, 3> Moments::leading_axes() const {
           places[std::min<std::size_t>(2, places.size() - 1)]};
 }
 
+std::unique_ptr<DepthRenderer> planned_renderer(const DepthRendering& rendering, const Survey& survey,
+                                                const DepthCamera& planned) {
+  auto renderer = rendering ? rendering(survey.mesh, survey.min, survey.max) : nullptr;
+  if (renderer == nullptr || camera_key(renderer->camera()) != camera_key(planned))
+    throw Error(Status::bad_config, "the sensor description changed since the bake was planned; plan again");
+  return renderer;
+}
+
 void write_grid_and_images(const WorkFolder& work, const BakePlan& plan, std::size_t run, SampleRecord& buffer,
                            const DepthRenderer* renderer) {
   WorkReader record = work.reader(plan.runs[run].record_name());

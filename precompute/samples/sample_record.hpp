@@ -2,6 +2,7 @@
 // them, their sums, and what depends on the envelope grid and the sensor pose.
 #pragma once
 
+#include "precompute/bake_options.hpp"
 #include "precompute/survey/envelope.hpp"
 #include "precompute/work/bake_plan.hpp"
 
@@ -45,6 +46,10 @@ void write_moments(WorkWriter& file, const std::vector<Moments>& moments);
 /// After the moments: channels x samples of the run.
 void write_channel_values(WorkWriter& file, const std::vector<float>& values);
 [[nodiscard]] std::vector<float> read_channel_values(WorkReader& file);
+
+/// Throws Error{bad_config} unless it renders as planned. rendering: may be empty.
+[[nodiscard]] std::unique_ptr<DepthRenderer> planned_renderer(const DepthRendering& rendering, const Survey& survey,
+                                                              const DepthCamera& planned);
 
 /// The parts of a run's output that depend on the envelope grid and the sensor pose: depth images and the grid cells of
 /// its surfaces. Made from the run's finished record, so that the run is not read again when these change.
