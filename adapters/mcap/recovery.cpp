@@ -23,8 +23,9 @@ Definitions find_definitions(const ByteSource& source) {
   return found;
 }
 
+/// Not without a name.
 bool is_metadata(const Record& record, std::string_view name) {
-  return record.opcode == Opcode::metadata && parse<Metadata>(record.content)->name == name;
+  return !name.empty() && record.opcode == Opcode::metadata && parse<Metadata>(record.content)->name == name;
 }
 
 class Rebuilder {
