@@ -152,11 +152,7 @@ void RigUse::add(const wire::WireResult& result) {
     rigs_.clear();
     contradictions_ = {};
   }
-  const auto is_explained = [](const wire::WireRigFrame& rig) {
-    return rig.is_used && rig.verdict == wire::WireVerdict::matched;
-  };
-  contradictions_.add(result.verdict == wire::WireVerdict::unknown &&
-                      std::ranges::count_if(result.rigs, is_explained) > 1);
+  contradictions_.add(are_contradictory(result.verdict, result.rigs));
   for (const wire::WireRigFrame& frame : result.rigs) {
     auto rig = std::ranges::find(rigs_, frame.rig, &Rig::name);
     if (rig == rigs_.end()) rig = rigs_.insert(rigs_.end(), {frame.rig});

@@ -4,6 +4,7 @@
 
 #include "adapters/wire/codec/messages.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -107,6 +108,14 @@ class CaptureTimes {
 
 /// A sentence for wrong capture times.
 [[nodiscard]] std::string capture_times_warning(CaptureTimes::Problem problem);
+
+/// Whether simulations explain the frames of several rigs one by one, but not together. Of results of the library or of
+/// the wire.
+template <class AnyVerdict, class Rigs>
+[[nodiscard]] bool are_contradictory(AnyVerdict of_all, const Rigs& rigs) noexcept {
+  const auto is_explained = [](const auto& rig) { return rig.is_used && rig.verdict == AnyVerdict::matched; };
+  return of_all == AnyVerdict::unknown && std::ranges::count_if(rigs, is_explained) > 1;
+}
 
 /// How many captures of a test have frames that simulations explain one by one, but not together.
 class Contradictions {

@@ -9,7 +9,6 @@
 #include <lbea/test_history.hpp>
 #include <lbea/tracker.hpp>
 
-#include <algorithm>
 #include <optional>
 
 namespace lbea::tool {
@@ -146,8 +145,7 @@ class ModelRigEngine final : public ModelTest<RigEngine> {
   /// Without a verdict if the rigs contradict each other.
   const TestState* track(const MatchResult& result) noexcept override {
     const TestState* const test = ModelTest::track(result);
-    const auto is_explained = [](const RigResult& rig) { return rig.is_used && rig.verdict == Verdict::matched; };
-    contradictions_.add(result.verdict == Verdict::unknown && std::ranges::count_if(rigs(), is_explained) > 1);
+    contradictions_.add(are_contradictory(result.verdict, rigs()));
     if (test == nullptr || !contradictions_.are_many()) return test;
     contradicted_ = *test;
     contradicted_.verdict = Verdict::unknown;
