@@ -16,7 +16,7 @@ void prepare_process();
 [[nodiscard]] std::vector<std::string> arguments_of(int argc, char** argv);
 
 /// Whether standard output is a pipe that nobody reads any more.
-[[nodiscard]] bool has_reader_left();
+[[nodiscard]] bool lost_its_reader();
 
 /// Ends the program at once with exit code 1. Allowed in a signal handler.
 [[noreturn]] void end_process(std::string_view sentence) noexcept;

@@ -62,7 +62,7 @@ std::vector<std::string> arguments_of(int, char**) {
   return arguments;
 }
 
-bool has_reader_left() {
+bool lost_its_reader() {
   DWORD written = 0;
   const HANDLE out = stream(STD_OUTPUT_HANDLE);
   return ::GetFileType(out) == FILE_TYPE_PIPE && ::WriteFile(out, "", 0, &written, nullptr) == 0;

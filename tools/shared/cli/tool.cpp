@@ -53,7 +53,7 @@ std::string sentence_of(const std::system_error& error) {
 
 /// Buffered output may still fail to be written. A reader that wants no more of it (head) is not a failure.
 int flushed(int exit_code, const std::string& name) {
-  if ((std::fflush(stdout) == 0 && std::ferror(stdout) == 0) || has_reader_left()) return exit_code;
+  if ((std::fflush(stdout) == 0 && std::ferror(stdout) == 0) || lost_its_reader()) return exit_code;
   std::fprintf(stderr, "%s: error: cannot write to standard output: %s\n", name.c_str(), std::strerror(errno));
   return exit_failed;
 }
