@@ -6,21 +6,14 @@ host=$1 name=lbea-record
 shift
 windows=("$@")
 . "$(dirname "$0")/support.sh"
-count=$(find "$clouds" -name '*.ply' | wc -l)
-for key in matcher camera; do "$host/tools/keygen/lbea-keygen" "$work/$key" >/dev/null; done
-recorder=
-trap '[ -z "$recorder" ] || kill -9 "$recorder" 2>/dev/null || true; [ -z "$server" ] || kill -9 "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
+make_keys
 
 # lbea-record.exe with any port; sets `rig`.
 record() { # file, arguments
   : >"$work/record_log" # of an earlier one
   "${windows[@]}" "$1" --frames "tcp://127.0.0.1:*" --record-memory 16 --json "${@:2}" >"$work/tally" 2>"$work/record_log" &
   recorder=$!
-  for _ in $(seq 600); do
-    grep -q 'ready: frames on ' "$work/record_log" && break
-    kill -0 "$recorder" 2>/dev/null || fail "lbea-record.exe ended:" "$(cat "$work/record_log")"
-    sleep 0.1
-  done
+  wait_until_ready "$work/record_log" "$recorder" lbea-record.exe
   rig=$(sed -n 's/.*ready: frames on //p' "$work/record_log")
 }
 # Ctrl-C. The recording must then be complete.

@@ -6,10 +6,9 @@ host=$1 name=lbea-send
 shift
 windows=("$@")
 . "$(dirname "$0")/support.sh"
-count=$(find "$clouds" -name '*.ply' | wc -l)
 cc -O1 "$project/docs/examples/subscribe.c" -I"$project/adapters/wire/include" -I"$project/runtime/include" \
   -L"$host/adapters/wire" -llbea-wire -Wl,-rpath,"$host/adapters/wire" -o "$work/subscribe"
-for key in matcher camera; do "$host/tools/keygen/lbea-keygen" "$work/$key" >/dev/null; done
+make_keys
 folder="$work/Tür 2" # also with a blank
 cp -r "$clouds" "$folder"
 

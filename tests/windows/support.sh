@@ -9,9 +9,18 @@ for needed in "$model" "$linux" "$host/tools/serve/lbea-serve" "$host/tools/keyg
 done
 "${windows[@]}" --version >/dev/null 2>&1 || { echo "skipped: ${windows[*]} does not run; install wine64"; exit 77; }
 work=$(mktemp -d)
-server=
-trap '[ -z "$server" ] || kill -9 "$server" 2>/dev/null || true; rm -rf "$work"' EXIT
+server= recorder=
+trap 'for process in $server $recorder; do kill -9 "$process" 2>/dev/null || true; done; rm -rf "$work"' EXIT
 fail() { printf '%s\n' "$@" >&2; exit 1; }
+wait_until_ready() { # log, process, name
+  for _ in $(seq 600); do
+    grep -q 'ready: frames on ' "$1" && return
+    kill -0 "$2" 2>/dev/null || fail "$3 ended:" "$(cat "$1")"
+    sleep 0.1
+  done
+}
+count=$(find "$clouds" -name '*.ply' | wc -l)
+make_keys() { for key in matcher camera; do "$host/tools/keygen/lbea-keygen" "$work/$key" >/dev/null; done; }
 
 # lbea-serve with any ports; sets `frames` and `results`.
 serve() { # arguments
@@ -19,11 +28,7 @@ serve() { # arguments
   "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" \
     --queue 64 --json "$@" >"$work/tally" 2>"$work/log" &
   server=$!
-  for _ in $(seq 600); do
-    grep -q 'ready: frames on ' "$work/log" && break
-    kill -0 "$server" 2>/dev/null || fail "lbea-serve ended:" "$(cat "$work/log")"
-    sleep 0.1
-  done
+  wait_until_ready "$work/log" "$server" lbea-serve
   frames=$(sed -n 's/.*frames on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
   results=$(sed -n 's/.*results on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
 }
