@@ -34,6 +34,21 @@ WireResult frame(WireVerdict test_verdict, std::vector<wire::SimulationChance> c
   return result;
 }
 
+/// The capture of two rigs at this ms, which simulations explain one by one.
+WireResult capture_of_two_rigs(std::uint64_t ms) {
+  WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+  result.frame_id = ms;
+  result.stamp_ns = static_cast<std::int64_t>(ms) * 1'000'000;
+  for (const char* name : {"left", "right"}) {
+    wire::WireRigFrame& rig = result.rigs.emplace_back();
+    rig.rig = name;
+    rig.status = WireStatus::ok;
+    rig.verdict = WireVerdict::matched;
+    rig.is_used = true;
+  }
+  return result;
+}
+
 /// A matched frame of this session, without a state of the test, is the first of another test.
 void check_begins_another(TestAnswer& answer, std::uint64_t session) {
   WireResult first;
@@ -167,14 +182,10 @@ TEST_CASE("stamps at another pace than the shapes, gaps and repeated ids give a 
 TEST_CASE("the frames that wait while a rig's clock is corrected give no warning") {
   for (const std::int64_t correction_ns : {0, -5'000'000}) {
     TestAnswer answer;
-    for (const std::int64_t stamp_ns : {0, 5'000'000, 1'000'000, 6'000'000}) {
-      WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
-      static std::uint64_t id = 0;
+    std::uint64_t id = 0;
+    for (const std::uint64_t ms : {0u, 5u, 1u, 6u}) {
+      WireResult result = capture_of_two_rigs(ms);
       result.frame_id = id++;
-      result.stamp_ns = stamp_ns;
-      result.rigs.resize(2);
-      for (const std::size_t rig : {0u, 1u}) result.rigs[rig].rig = rig == 0 ? "left" : "right";
-      for (wire::WireRigFrame& rig : result.rigs) rig.is_used = true;
       result.rigs[1].clock_correction_ns = correction_ns;
       answer.add(result);
     }
@@ -187,14 +198,7 @@ TEST_CASE("a rig that the results do not rest on gives a warning") {
   const auto warning = [](std::size_t used_until) {
     TestAnswer answer;
     for (std::size_t i = 0; i < 12; ++i) {
-      WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
-      result.frame_id = i;
-      result.stamp_ns = static_cast<std::int64_t>(i) * 1'000'000;
-      result.rigs.resize(2);
-      for (wire::WireRigFrame& rig : result.rigs) rig.status = WireStatus::ok;
-      result.rigs[0].rig = "left";
-      result.rigs[1].rig = "right";
-      result.rigs[0].is_used = true;
+      WireResult result = capture_of_two_rigs(i);
       result.rigs[1].is_used = i < used_until;
       answer.add(result);
     }
@@ -208,15 +212,7 @@ TEST_CASE("a rig that the results do not rest on gives a warning") {
 TEST_CASE("rigs whose frames are explained one by one, but not together, give a warning") {
   TestAnswer answer;
   for (std::size_t i = 0; i < 12; ++i) {
-    WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
-    result.frame_id = i;
-    result.stamp_ns = static_cast<std::int64_t>(i) * 1'000'000;
-    result.rigs.resize(2);
-    for (wire::WireRigFrame& rig : result.rigs) {
-      rig.status = WireStatus::ok;
-      rig.verdict = WireVerdict::matched;
-      rig.is_used = true;
-    }
+    WireResult result = capture_of_two_rigs(i);
     if (i >= 8) result.verdict = WireVerdict::unknown;
     answer.add(result);
     CHECK(answer.warning().empty() == (i < 11));
