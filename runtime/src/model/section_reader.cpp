@@ -1,7 +1,5 @@
 #include "runtime/src/model/section_reader.hpp"
 
-#include "runtime/src/model/checksum.hpp"
-
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -51,36 +49,6 @@ bool byte_count(const SectionEntry& entry, std::uint64_t& bytes) noexcept {
          std::ranges::all_of(entry.shape, [&](std::uint64_t extent) { return multiply(bytes, extent, bytes); });
 }
 
-// Without the sign, the bits of floating-point numbers have the order of the values; infinity and NaN are the largest.
-template <typename Float, typename Word>
-bool all_measured(std::span<const std::byte> bytes) noexcept {
-  constexpr Word magnitude = static_cast<Word>(~Word{0} >> 1),
-                 largest = std::bit_cast<Word>(static_cast<Float>(format::largest_measure));
-  bool is_measured = true;
-  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Word)) {
-    Word word;
-    std::memcpy(&word, &bytes[at], sizeof(word));
-    is_measured &= (word & magnitude) <= largest;
-  }
-  return is_measured;
-}
-
-std::uint32_t greatest_of(std::span<const std::byte> bytes, std::uint32_t greatest) noexcept {
-  for (std::size_t at = 0; at < bytes.size(); at += sizeof(greatest)) {
-    std::uint32_t word;
-    std::memcpy(&word, &bytes[at], sizeof(word));
-    greatest = std::max(greatest, word);
-  }
-  return greatest;
-}
-
-void inspect(std::span<const std::byte> bytes, std::uint32_t element_type, SectionContent& content) noexcept {
-  const auto type = static_cast<format::ElementType>(element_type);
-  if (type == format::ElementType::f32) content.is_measured &= all_measured<float, std::uint32_t>(bytes);
-  if (type == format::ElementType::f64) content.is_measured &= all_measured<double, std::uint64_t>(bytes);
-  if (type == format::ElementType::u32) content.greatest = greatest_of(bytes, content.greatest);
-}
-
 const char* const bake_again = "; copy the file again or bake it again";
 }  // namespace
 
@@ -115,7 +83,7 @@ void SectionReader::check_header() {
   if (reinterpret_cast<std::uintptr_t>(image_.data()) % format::alignment != 0)
     throw Error(Status::bad_config, name_ + ": the image in memory does not start at a multiple of 64; align it");
   std::memcpy(&header, image_.data(), sizeof(header));
-  if (checksum(image_.first(offsetof(format::Header, header_checksum))) != header.header_checksum)
+  if (checksum_of(image_.first(offsetof(format::Header, header_checksum))) != header.header_checksum)
     throw corrupt("byte 56: checksum does not match");
   if (header.version_major != format::version_major)
     throw Error(Status::unsupported_version, name_ + ": header, byte 12: model format " +
@@ -132,7 +100,7 @@ void SectionReader::check_header() {
     throw corrupt("byte 32: the directory is longer than the file");
   const std::size_t directory_bytes = header.section_count * sizeof(SectionEntry);
   directory_checksum_ = header.directory_checksum;
-  if (checksum(image_.subspan(sizeof(header), directory_bytes)) != directory_checksum_)
+  if (checksum_of(image_.subspan(sizeof(header), directory_bytes)) != directory_checksum_)
     throw corrupt("byte 40: checksum of the directory does not match");
   const void* directory = image_.data() + sizeof(header);
   entries_ = {static_cast<const SectionEntry*>(directory), header.section_count};
@@ -175,19 +143,11 @@ void SectionReader::check_entry(const SectionEntry& entry, std::uint64_t expecte
 
 SectionContent SectionReader::check_content(const SectionEntry& entry, const Release& release) const {
   const auto id = static_cast<SectionId>(entry.id);
-  SectionContent content;
-  if (title(id) == "unknown") return content;
-  constexpr std::size_t piece_size = std::size_t{1} << 20;  // stays in the cache between checksum and inspection
-  const bool is_released = release && is_cold(entry);
-  const auto section = image_.subspan(entry.offset, entry.length);
-  RunningChecksum checksum;
-  for (std::size_t begin = 0; begin < section.size(); begin += piece_size) {
-    const auto piece = section.subspan(begin, std::min(piece_size, section.size() - begin));
-    checksum.add(piece);
-    inspect(piece, entry.element_type, content);
-    if (is_released) release(piece);
-  }
-  if (checksum.value() != entry.checksum) fail(id, entry.part, "checksum does not match");
+  if (title(id) == "unknown") return {};
+  const SectionContent content =
+      content_of(image_.subspan(entry.offset, entry.length), static_cast<format::ElementType>(entry.element_type),
+                 is_cold(entry) ? release : Release());
+  if (content.checksum != entry.checksum) fail(id, entry.part, "checksum does not match");
   return content;
 }
 

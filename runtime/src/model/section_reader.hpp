@@ -2,11 +2,11 @@
 #pragma once
 
 #include "runtime/src/model/model_format.hpp"
+#include "runtime/src/model/section_content.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,16 +14,9 @@
 #include <vector>
 
 namespace lbea {
-/// Facts about a section's elements, collected while its checksum is computed, so that its bytes are read once.
-struct SectionContent {
-  bool is_measured = true;     // f32 and f64: all finite, none beyond format::largest_measure
-  std::uint32_t greatest = 0;  // u32
-};
-
 class SectionReader {
  public:
-  /// Called with bytes that were checked and are not needed for matching.
-  using Release = std::function<void(std::span<const std::byte>)>;
+  using Release = lbea::Release;
 
   /// Checks header, directory, layout, padding and checksums by the rules of FORMAT.md. Reads the image once, from
   /// front to end.
