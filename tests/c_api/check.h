@@ -43,4 +43,7 @@ void the_end_is_forecast(const char* plates, const char* demo, const char* senso
 enum { frame_count = 4 }; /* states 0, 4, 8, 12 of a run that is not in the model */
 void pose_errors_are_corrected(const char* plates, const char* demo, const char* sensor_json, const char* frames);
 
+/* test_c_rigs.c */
+void several_rigs_give_one_answer(const char* plates, const char* demo, const char* sensor_json, const char* frames);
+
 #endif

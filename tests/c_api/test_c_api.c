@@ -303,6 +303,7 @@ int main(int argc, char** argv) {
   depth_images_decide(argv[2], argv[3]);
   the_end_is_forecast(argv[1], argv[2], argv[3], argv[4]);
   pose_errors_are_corrected(argv[1], argv[2], argv[3], argv[4]);
+  several_rigs_give_one_answer(argv[1], argv[2], argv[3], argv[4]);
   lbea_model_close(model);
   matchers_outlive_their_model(argv[1]);
   channels_are_given(argv[1]);

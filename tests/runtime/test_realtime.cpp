@@ -160,6 +160,39 @@ TEST_CASE("captures of two rigs, one of them hidden in part or without points, t
   CHECK(used > 24);
 }
 
+TEST_CASE("captures of two rigs through the C interface take no call to the heap") {
+  const TemporaryFolder folder;
+  bake_model(similar_plates(4, 6), bent_plates_description(), folder / "plates.lbea", with_views());
+  lbea_model* model = nullptr;
+  REQUIRE(lbea_model_open((folder / "plates.lbea").c_str(), &model) == LBEA_OK);
+  lbea_rig rig{};
+  rig.struct_size = sizeof rig;
+  std::ranges::copy(fit_config().T_reference_sensor, rig.T_reference_sensor);
+  const std::array rigs{rig, rig};
+  lbea_rig_matcher* matcher = nullptr;
+  REQUIRE(lbea_rig_matcher_create(model, nullptr, rigs.data(), 2, &matcher) == LBEA_OK);
+  const std::vector<std::vector<Point>> clouds = bending_clouds();
+  lbea_result result{};
+  result.struct_size = sizeof result;
+  lbea_rig_result of_rig{};
+  of_rig.struct_size = sizeof of_rig;
+  std::uint64_t used = 0;
+  const std::uint64_t before = heap_calls;
+  for (std::uint64_t id = 0; id < clouds.size(); ++id) {
+    const auto* points = reinterpret_cast<const lbea_point*>(clouds[id].data());
+    const lbea_frame frame{sizeof frame, id, static_cast<std::int64_t>(id) * 1'000'000, points, clouds[id].size()};
+    const std::array frames{frame, frame};
+    lbea_rig_matcher_match(matcher, frames.data(), 2, &result);
+    lbea_rig_matcher_match(matcher, frames.data(), 1, &result);  // refused
+    lbea_rig_matcher_get_rig(matcher, 1, &of_rig);
+    used += of_rig.is_used == 1 ? 1 : 0;
+  }
+  CHECK(heap_calls == before);
+  CHECK(used > clouds.size() / 2);
+  lbea_rig_matcher_destroy(matcher);
+  lbea_model_close(model);
+}
+
 TEST_CASE("the test of two components takes no call to the heap") {
   const TemporaryFolder folder;
   bake_model(similar_plates(4, 6), bent_plates_description(), folder / "plates.lbea", with_views());

@@ -28,6 +28,7 @@ extern "C" {
 
 typedef struct lbea_model lbea_model;               /**< The baked file, immutable. */
 typedef struct lbea_matcher lbea_matcher;           /**< Matches frames; owns all scratch memory. */
+typedef struct lbea_rig_matcher lbea_rig_matcher;   /**< Matches the frames of several rigs together. */
 typedef struct lbea_test_history lbea_test_history; /**< What the frames of a test have shown. */
 typedef struct lbea_tracker lbea_tracker;           /**< Accumulates the evidence of a whole test. */
 typedef struct lbea_forecast lbea_forecast;         /**< How a test will end. */
@@ -156,6 +157,30 @@ typedef struct lbea_result {
   X(misfit)                 \
   X(spread) X(error_90) X(pose_turn) X(pose_shift) X(pose_turn_sd) X(pose_shift_sd) X(test_time) X(test_time_sd)
 
+/** One of several rigs around a component. */
+typedef struct lbea_rig {
+  uint32_t struct_size;
+  float T_reference_sensor[12]; /**< row-major 3x4: reference = R * sensor + t */
+  int64_t clock_offset_ns;      /**< added to the stamps of its frames, it gives those of a common clock */
+} lbea_rig;
+
+/** What a rig's frame says alone; the numbers of the pose are by the frames of all rigs. */
+typedef struct lbea_rig_result {
+  uint32_t struct_size;
+  lbea_status status; /**< LBEA_EMPTY_FRAME also if the rig has no frame in the capture */
+  lbea_verdict verdict;
+  int32_t is_used;                                                      /**< 1: the joint result rests on it; else 0 */
+  uint32_t points_received, points_invalid, points_culled, points_used; /**< received = used + invalid + culled */
+  /** Added to the rig's stamps beside clock_offset_ns, it gives those of the first rig's clock, by the impact that both
+   * have seen in this test; 0: not known, or within the interval between states. */
+  int64_t clock_correction_ns;
+  float pose_correction[12]; /**< the motion that corrects its frames, as lbea_test_history_get_pose_correction */
+  float coverage;            /**< this and the next ones as in lbea_result */
+  float residual, estimate_residual, misfit, spread, error_90;
+  float pose_turn, pose_shift, pose_turn_sd, pose_shift_sd;
+  float test_time, test_time_sd;
+} lbea_rig_result;
+
 /** The result for the whole test so far. Pointers are valid until the next lbea_tracker_update. */
 typedef struct lbea_test_state {
   uint32_t struct_size;
@@ -271,6 +296,32 @@ LBEA_API lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame*
 LBEA_API lbea_status lbea_matcher_match_with_history(lbea_matcher* matcher, const lbea_frame* frame,
                                                      lbea_test_history* history, lbea_result* result);
 
+/* Several rigs that see the same component, by LBEA_METHOD_FIT. The matcher keeps what the frames of the test have
+ * shown: there is no history to give. Elements of an array have the struct_size of its first one. */
+/** config: NULL for the defaults; its pose and method are not used. rigs: rig_count, 1 to 16. Each rig's depth images
+ * are those in the model for the nearest pose. *matcher is NULL unless LBEA_OK is returned. */
+LBEA_API lbea_status lbea_rig_matcher_create(const lbea_model* model, const lbea_config* config, const lbea_rig* rigs,
+                                             uint32_t rig_count, lbea_rig_matcher** matcher);
+LBEA_API void lbea_rig_matcher_destroy(lbea_rig_matcher* matcher);
+/** frames: one per rig, in their order, captured at nearly the same time; without points: the rig has none. Their
+ * number must be that of the rigs. The result is for the time of the first frame that it rests on. Returns
+ * result->status, or LBEA_BAD_ARGUMENT, and then has matched none. As real-time safe as lbea_matcher_match. */
+LBEA_API lbea_status lbea_rig_matcher_match(lbea_rig_matcher* matcher, const lbea_frame* frames, uint32_t frame_count,
+                                            lbea_result* result);
+/** The same in two steps: this for each rig with a frame, which different threads may do at the same time for different
+ * rigs; then lbea_rig_matcher_combine. Points must remain valid until then. Of several frames of a rig, the last one
+ * counts. */
+LBEA_API lbea_status lbea_rig_matcher_match_alone(lbea_rig_matcher* matcher, uint32_t rig, const lbea_frame* frame);
+LBEA_API lbea_status lbea_rig_matcher_combine(lbea_rig_matcher* matcher, lbea_result* result);
+/** What the rig's frame said in the last capture. Set result->struct_size once. */
+LBEA_API lbea_status lbea_rig_matcher_get_rig(const lbea_rig_matcher* matcher, uint32_t rig, lbea_rig_result* result);
+/** The rigs' poses are exact: their errors are neither estimated nor corrected. Call it between captures. */
+LBEA_API void lbea_rig_matcher_fix_poses(lbea_rig_matcher* matcher);
+/** The impact's stamp, by the clock that the offsets lead to, is known, also for later tests. */
+LBEA_API void lbea_rig_matcher_set_impact(lbea_rig_matcher* matcher, int64_t stamp_ns);
+/** The next capture is the first of another test. */
+LBEA_API void lbea_rig_matcher_reset(lbea_rig_matcher* matcher);
+
 /* What the frames of a test have shown: the error of T_reference_sensor, the shape some time ago, the clock. */
 /** One per test: give it to lbea_matcher_match_with_history with each frame, in order, with stamps. *history is NULL
  * unless LBEA_OK is returned. The model may be closed. */
@@ -297,6 +348,10 @@ LBEA_API void lbea_tracker_destroy(lbea_tracker* tracker);
  * real-time safe as matching; cost linear in the samples. Set state->struct_size once. */
 LBEA_API lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state);
 
+/** The same for a capture of several rigs. */
+LBEA_API lbea_status lbea_tracker_update_by_rigs(lbea_tracker* tracker, const lbea_rig_matcher* matcher,
+                                                 lbea_test_state* state);
+
 /** One per test; LBEA_BAD_CONFIG for a model whose bake has learned no forecast. *forecast is NULL unless LBEA_OK is
  * returned. */
 LBEA_API lbea_status lbea_forecast_create(const lbea_model* model, lbea_forecast** forecast);
@@ -307,6 +362,9 @@ LBEA_API void lbea_forecast_reset(lbea_forecast* forecast);
  * state->struct_size once. matcher: NULL to add nothing. */
 LBEA_API lbea_status lbea_forecast_update(lbea_forecast* forecast, const lbea_matcher* matcher,
                                           lbea_forecast_state* state);
+/** The same for a capture of several rigs. */
+LBEA_API lbea_status lbea_forecast_update_by_rigs(lbea_forecast* forecast, const lbea_rig_matcher* matcher,
+                                                  lbea_forecast_state* state);
 /** Writes the final node positions of the present forecast, nodes x 3; count: how many values there is room for. */
 LBEA_API lbea_status lbea_forecast_get_final_positions(const lbea_forecast* forecast, float* positions, size_t count);
 

@@ -39,6 +39,19 @@ lbea_forecast_state state_of(lbea_forecast& of) noexcept {
           static_cast<std::uint32_t>(of.channels.size()),
           of.channels.data()};
 }
+
+/// result: null to add nothing.
+lbea_status update(lbea_forecast* forecast, const CResult* result, lbea_forecast_state* state) noexcept {
+  if (forecast == nullptr || state == nullptr) return bad_argument("lbea_forecast_update: forecast or state is NULL");
+  if (!is_plausible_size(state->struct_size, least_forecast_state)) return bad_argument(size_not_set);
+  if (result != nullptr) {
+    if (result->model.checksum() != forecast->model.checksum())
+      return bad_argument("lbea_forecast_update: the matcher is of another model; create both with the same one");
+    forecast->forecast.update(result->last);
+  }
+  write_c_struct(state_of(*forecast), state);
+  return LBEA_OK;
+}
 }  // namespace
 }  // namespace lbea
 
@@ -61,15 +74,12 @@ void lbea_forecast_reset(lbea_forecast* forecast) {
 }
 
 lbea_status lbea_forecast_update(lbea_forecast* forecast, const lbea_matcher* matcher, lbea_forecast_state* state) {
-  if (forecast == nullptr || state == nullptr) return bad_argument("lbea_forecast_update: forecast or state is NULL");
-  if (!is_plausible_size(state->struct_size, least_forecast_state)) return bad_argument(size_not_set);
-  if (matcher != nullptr) {
-    if (matcher->matcher.model().checksum() != forecast->model.checksum())
-      return bad_argument("lbea_forecast_update: the matcher is of another model; create both with the same one");
-    forecast->forecast.update(matcher->last);
-  }
-  write_c_struct(state_of(*forecast), state);
-  return LBEA_OK;
+  return update(forecast, matcher == nullptr ? nullptr : &matcher->result, state);
+}
+
+lbea_status lbea_forecast_update_by_rigs(lbea_forecast* forecast, const lbea_rig_matcher* matcher,
+                                         lbea_forecast_state* state) {
+  return update(forecast, matcher == nullptr ? nullptr : &matcher->result, state);
 }
 
 lbea_status lbea_forecast_get_final_positions(const lbea_forecast* forecast, float* positions, size_t count) {

@@ -45,17 +45,10 @@ lbea_config to_c(const MatcherConfig& config) noexcept {
   return c;
 }
 
-MatcherConfig from_c(const lbea_config& c) noexcept {
-  MatcherConfig config;
-  copy_config(c, config);
-  return config;
-}
-
 static_assert(LBEA_VERDICT_UNKNOWN == static_cast<int>(Verdict::unknown) &&
               LBEA_VERDICT_MATCHED == static_cast<int>(Verdict::matched) &&
               LBEA_VERDICT_AMBIGUOUS == static_cast<int>(Verdict::ambiguous) &&
               LBEA_VERDICT_NO_SIMULATION_FITS == static_cast<int>(Verdict::no_simulation_fits));
-lbea_verdict to_c(Verdict verdict) noexcept { return static_cast<lbea_verdict>(verdict); }
 
 lbea_match to_c(const Match& match, const Model& model) noexcept {
   const std::uint32_t sample = model.sample_index(match.sample);
@@ -94,11 +87,10 @@ lbea_result to_c(const MatchResult& result) noexcept {
   return c;
 }
 
-void add_lists(lbea_matcher& m, lbea_result& c) noexcept {
-  const Model& model = m.matcher.model();
-  const auto match = [&](const Match& from) { return to_c(from, model); };
+void add_lists(CResult& m, lbea_result& c) noexcept {
+  const auto match = [&](const Match& from) { return to_c(from, m.model); };
   const auto share = [&](const WeightedSample& from) {
-    return lbea_weighted_sample{model.sample_index(from.sample), from.weight};
+    return lbea_weighted_sample{m.model.sample_index(from.sample), from.weight};
   };
   std::ranges::transform(m.last.matches, m.matches.begin(), match);
   std::ranges::transform(m.last.fit.candidates, m.candidates.begin(), match);
@@ -111,32 +103,82 @@ void add_lists(lbea_matcher& m, lbea_result& c) noexcept {
   c.estimate_count = static_cast<std::uint32_t>(m.last.fit.estimate.size());
 }
 
-/// Also in `result`, if it can be written to.
-lbea_status refuse(lbea_result* result, std::string_view sentence) noexcept {
-  lbea_result empty{};
-  empty.status = LBEA_BAD_ARGUMENT;
-  if (result != nullptr && is_plausible_size(result->struct_size, least_result)) write_c_struct(empty, result);
-  return bad_argument(sentence);
-}
-
 /// history: null to match the frame alone.
 lbea_status match(lbea_matcher* matcher, const lbea_frame* frame, TestHistory* history, lbea_result* result) noexcept {
-  if (result == nullptr) return bad_argument("lbea_matcher_match: result is NULL");
-  if (!is_plausible_size(result->struct_size, least_result)) return bad_argument(size_not_set);
-  if (matcher == nullptr || frame == nullptr) return refuse(result, "lbea_matcher_match: matcher or frame is NULL");
-  lbea_frame full{};
-  if (!is_plausible_size(frame->struct_size, least_frame)) return refuse(result, size_not_set);
-  if (!read_c_struct(frame, full))
-    return refuse(result, "lbea_matcher_match: the frame sets a field this older library does not know");
-  if (full.points == nullptr && full.point_count > 0) return refuse(result, "lbea_matcher_match: points is NULL");
-  const Frame given{full.id, full.stamp_ns, {reinterpret_cast<const Point*>(full.points), full.point_count}};
-  matcher->last = history == nullptr ? matcher->matcher.match(given) : matcher->matcher.match(given, *history);
-  lbea_result c = to_c(matcher->last);
-  add_lists(*matcher, c);
-  write_c_struct(c, result);
-  return c.status;
+  constexpr std::string_view is_null = "lbea_matcher_match: matcher or frame is NULL";
+  Frame given;
+  const bool has_both = matcher != nullptr && frame != nullptr;
+  if (const auto refusal = begin_result(result, has_both ? read(*frame, given) : is_null); refusal != LBEA_OK)
+    return refusal;
+  return matcher->result.write(
+      history == nullptr ? matcher->matcher.match(given) : matcher->matcher.match(given, *history), result);
+}
+
+lbea_test_state to_c(const TestState& now, const Model& model) {
+  lbea_test_state c{};
+  c.frames = now.frames;
+  c.sample = model.sample_index(now.sample);
+  c.sample_probability = now.sample_probability;
+  c.simulation = now.simulation;
+  c.simulation_probabilities = now.simulation_probabilities.data();
+  c.simulation_count = static_cast<std::uint32_t>(now.simulation_probabilities.size());
+  c.misfit = now.misfit;
+  c.verdict = to_c(now.verdict);
+  return c;
+}
+
+/// result: null for no matcher.
+lbea_status update(lbea_tracker* tracker, const CResult* result, lbea_test_state* state) noexcept {
+  if (tracker == nullptr || result == nullptr || state == nullptr)
+    return bad_argument("lbea_tracker_update: tracker, matcher or state is NULL");
+  if (!is_plausible_size(state->struct_size, least_test_state)) return bad_argument(size_not_set);
+  if (result->model.checksum() != tracker->model_checksum)
+    return bad_argument(
+        "lbea_tracker_update: the matcher is of another model; create the tracker with the matcher's model");
+  write_c_struct(to_c(tracker->tracker.update(result->last), result->model), state);
+  return LBEA_OK;
 }
 }  // namespace
+
+lbea_verdict to_c(Verdict verdict) noexcept { return static_cast<lbea_verdict>(verdict); }
+
+lbea_status read(const lbea_config* config, MatcherConfig& into) noexcept {
+  lbea_config full = to_c(MatcherConfig{});
+  if (config != nullptr) {
+    if (!is_plausible_size(config->struct_size, least_config)) return bad_argument(size_not_set);
+    if (!read_c_struct(config, full))
+      return failed(LBEA_BAD_CONFIG, "matcher configuration: a field is set that this older library does not know");
+  }
+  copy_config(full, into);
+  return LBEA_OK;
+}
+
+std::string_view read(const lbea_frame& frame, Frame& into) noexcept {
+  lbea_frame full{};
+  if (!is_plausible_size(frame.struct_size, least_frame)) return size_not_set;
+  if (!read_c_struct(&frame, full)) return "the frame sets a field this older library does not know";
+  if (full.points == nullptr && full.point_count > 0) return "the frame's points are NULL";
+  into = {full.id, full.stamp_ns, {reinterpret_cast<const Point*>(full.points), full.point_count}};
+  return {};
+}
+
+lbea_status begin_result(lbea_result* result, std::string_view wrong) noexcept {
+  if (result == nullptr) return bad_argument("result is NULL");
+  if (!is_plausible_size(result->struct_size, least_result)) return bad_argument(size_not_set);
+  if (wrong.empty()) return LBEA_OK;
+  lbea_result empty{};
+  empty.status = LBEA_BAD_ARGUMENT;
+  write_c_struct(empty, result);
+  return bad_argument(wrong);
+}
+
+lbea_status CResult::write(const MatchResult& result, lbea_result* into) noexcept {
+  last = result;
+  lbea_result c = to_c(result);
+  add_lists(*this, c);
+  write_c_struct(c, into);
+  return c.status;
+}
 }  // namespace lbea
 
 using namespace lbea;
@@ -154,14 +196,10 @@ lbea_status lbea_matcher_create(const lbea_model* model, const lbea_config* conf
   if (matcher == nullptr) return bad_argument("lbea_matcher_create: matcher is NULL; give the address of a pointer");
   *matcher = nullptr;
   if (model == nullptr) return bad_argument("lbea_matcher_create: model is NULL; open one first");
-  lbea_config full = to_c(MatcherConfig{});
-  if (config != nullptr) {
-    if (!is_plausible_size(config->struct_size, least_config)) return bad_argument(size_not_set);
-    if (!read_c_struct(config, full))
-      return failed(LBEA_BAD_CONFIG, "matcher configuration: a field is set that this older library does not know");
-  }
+  MatcherConfig full;
+  if (const lbea_status refusal = read(config, full); refusal != LBEA_OK) return refusal;
   return guarded([&] {
-    *matcher = new lbea_matcher(model->model, from_c(full));
+    *matcher = new lbea_matcher(model->model, full);
     return LBEA_OK;
   });
 }
@@ -174,11 +212,12 @@ lbea_status lbea_matcher_match(lbea_matcher* matcher, const lbea_frame* frame, l
 
 lbea_status lbea_matcher_match_with_history(lbea_matcher* matcher, const lbea_frame* frame, lbea_test_history* history,
                                             lbea_result* result) {
-  if (history == nullptr) return refuse(result, "lbea_matcher_match_with_history: history is NULL; create one first");
+  if (history == nullptr)
+    return begin_result(result, "lbea_matcher_match_with_history: history is NULL; create one first");
   if (matcher != nullptr && matcher->matcher.model().checksum() != history->model_checksum)
-    return refuse(result,
-                  "lbea_matcher_match_with_history: the history is of another model; create it with the "
-                  "matcher's model");
+    return begin_result(result,
+                        "lbea_matcher_match_with_history: the history is of another model; create it with the "
+                        "matcher's model");
   return match(matcher, frame, &history->history, result);
 }
 
@@ -194,26 +233,11 @@ lbea_status lbea_tracker_create(const lbea_model* model, lbea_tracker** tracker)
 
 void lbea_tracker_destroy(lbea_tracker* tracker) { delete tracker; }
 
-static lbea_test_state to_c(const TestState& now, const lbea::Model& model) {
-  lbea_test_state c{};
-  c.frames = now.frames;
-  c.sample = model.sample_index(now.sample);
-  c.sample_probability = now.sample_probability;
-  c.simulation = now.simulation;
-  c.simulation_probabilities = now.simulation_probabilities.data();
-  c.simulation_count = static_cast<std::uint32_t>(now.simulation_probabilities.size());
-  c.misfit = now.misfit;
-  c.verdict = to_c(now.verdict);
-  return c;
+lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state) {
+  return update(tracker, matcher == nullptr ? nullptr : &matcher->result, state);
 }
 
-lbea_status lbea_tracker_update(lbea_tracker* tracker, const lbea_matcher* matcher, lbea_test_state* state) {
-  if (tracker == nullptr || matcher == nullptr || state == nullptr)
-    return bad_argument("lbea_tracker_update: tracker, matcher or state is NULL");
-  if (!is_plausible_size(state->struct_size, least_test_state)) return bad_argument(size_not_set);
-  if (matcher->matcher.model().checksum() != tracker->model_checksum)
-    return bad_argument(
-        "lbea_tracker_update: the matcher is of another model; create the tracker with the matcher's model");
-  write_c_struct(to_c(tracker->tracker.update(matcher->last), matcher->matcher.model()), state);
-  return LBEA_OK;
+lbea_status lbea_tracker_update_by_rigs(lbea_tracker* tracker, const lbea_rig_matcher* matcher,
+                                        lbea_test_state* state) {
+  return update(tracker, matcher == nullptr ? nullptr : &matcher->result, state);
 }

@@ -6,6 +6,7 @@
 
 #include <lbea/lbea.h>
 #include <lbea/lbea.hpp>
+#include <lbea/rigs.hpp>
 #include <lbea/test_history.hpp>
 #include <lbea/tracker.hpp>
 
@@ -29,16 +30,35 @@ struct lbea_model {
   std::vector<std::pair<std::string, std::string>> fields, channels;  // name, unit
 };
 
-struct lbea_matcher {
-  lbea_matcher(const lbea::Model& model, const lbea::MatcherConfig& config)
-      : matcher(model, config),
-        matches(std::min(config.max_matches, model.samples())),
-        candidates(config.method == lbea::Method::fit ? lbea::FitSettings{}.candidates : 0),
-        estimate(config.method == lbea::Method::fit ? lbea::FitSettings{}.most_combined() : 0) {}
-  lbea::Matcher matcher;
-  lbea::MatchResult last;  // input of lbea_tracker_update
+namespace lbea {
+/// A matcher's last result, which trackers and forecasts take, and its lists for C.
+struct CResult {
+  CResult(const Model& of, std::uint32_t max_matches)
+      : model(of),
+        matches(std::min(max_matches, of.samples())),
+        candidates(FitSettings{}.most_combined()),
+        estimate(candidates.size()) {}
+  /// Keeps `result` and writes it. Returns its status.
+  lbea_status write(const MatchResult& result, lbea_result* into) noexcept;
+  Model model;
+  MatchResult last;
   std::vector<lbea_match> matches, candidates;
   std::vector<lbea_weighted_sample> estimate;
+};
+}  // namespace lbea
+
+struct lbea_matcher {
+  lbea_matcher(const lbea::Model& model, const lbea::MatcherConfig& config)
+      : matcher(model, config), result(model, config.max_matches) {}
+  lbea::Matcher matcher;
+  lbea::CResult result;
+};
+
+struct lbea_rig_matcher {
+  lbea_rig_matcher(const lbea::Model& model, const lbea::MatcherConfig& config, const std::vector<lbea::Rig>& rigs)
+      : matcher(model, config, rigs), result(model, config.max_matches) {}
+  lbea::RigMatcher matcher;
+  lbea::CResult result;
 };
 
 struct lbea_test_history {
@@ -73,4 +93,13 @@ lbea_status guarded(Action&& action) noexcept {
 }
 
 inline lbea_status bad_argument(std::string_view sentence) noexcept { return failed(LBEA_BAD_ARGUMENT, sentence); }
+
+// c_matcher.cpp
+/// config: null for the defaults.
+lbea_status read(const lbea_config* config, MatcherConfig& into) noexcept;
+/// Returns what is wrong with it, or nothing.
+[[nodiscard]] std::string_view read(const lbea_frame& frame, Frame& into) noexcept;
+/// LBEA_OK if `result` can be written to and `wrong` is empty; else the refusal, also in `result` if possible.
+lbea_status begin_result(lbea_result* result, std::string_view wrong) noexcept;
+[[nodiscard]] lbea_verdict to_c(Verdict verdict) noexcept;
 }  // namespace lbea

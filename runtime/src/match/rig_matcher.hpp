@@ -8,6 +8,10 @@
 
 namespace lbea {
 
+inline constexpr std::size_t most_rigs = 16;
+/// Throws Error{bad_config} if a RigMatcher does not take so many.
+void require_rig_count(std::size_t rigs);
+
 struct RigMatcher::State {
   State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs);
 

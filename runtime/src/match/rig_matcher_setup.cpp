@@ -4,8 +4,6 @@
 namespace lbea {
 namespace {
 
-constexpr std::size_t most_rigs = 16;
-
 MatcherConfig config_of(const Rig& rig, MatcherConfig config) {
   config.method = Method::fit;
   config.T_reference_sensor = rig.T_reference_sensor;
@@ -37,6 +35,11 @@ std::vector<SensorViews> views_of(const std::vector<Rig>& rigs, const Model& mod
 
 }  // namespace
 
+void require_rig_count(std::size_t rigs) {
+  if (rigs == 0 || rigs > most_rigs)
+    throw Error(Status::bad_config, std::to_string(rigs) + " rigs; give 1 to " + std::to_string(most_rigs));
+}
+
 RigMatcher::State::State(const Model& model, const MatcherConfig& config, const std::vector<Rig>& rigs)
     : views(views_of(rigs, model)),
       captures(rigs.size()),
@@ -58,8 +61,7 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
 }
 
 RigMatcher::RigMatcher(Model model, const MatcherConfig& config, const std::vector<Rig>& rigs) {
-  if (rigs.empty() || rigs.size() > most_rigs)
-    throw Error(Status::bad_config, std::to_string(rigs.size()) + " rigs; give 1 to " + std::to_string(most_rigs));
+  require_rig_count(rigs.size());
   for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
     try {
       check(config_of(rigs[rig], config), model.view(), views_of(rigs[rig], model));
