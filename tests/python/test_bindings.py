@@ -225,6 +225,82 @@ class TestHistoryTest(unittest.TestCase):
         self.assertEqual(matcher.match(points, history=lbea.TestHistory(lbea.Model(PLATES))).matches[0].sample, 9)
 
 
+class RigMatcherTest(unittest.TestCase):
+    """Two rigs, each of which sees every second point of the demo's frames."""
+
+    def setUp(self):
+        self.model, self.pose = lbea.Model(DEMO), lbea.read_pose(SENSOR)
+        self.clouds = [cloud_of(file) for file in sorted(Path(FRAMES).glob("*.ply"))]
+
+    def halves(self, cloud):
+        return [numpy.ascontiguousarray(cloud[rig::2]) for rig in range(2)]
+
+    def test_one_answer_rests_on_both(self):
+        matcher, forecast = lbea.RigMatcher(self.model, [self.pose] * 2, max_matches=3), lbea.Forecast(self.model)
+        alone = lbea.Matcher(self.model, "fit", T_reference_sensor=self.pose)
+        for i, cloud in enumerate(self.clouds):
+            halves = self.halves(cloud)
+            result = matcher.match(halves, ids=[i, i + 10], stamps_ns=[3_000_000 * i] * 2)
+            self.assertEqual((result.status, result.frame_id, result.stamp_ns, len(result.matches)), ("ok", i, 3_000_000 * i, 3))
+            self.assertEqual(result.points["received"], sum(map(len, halves)))
+            self.assertAlmostEqual(sum(share.weight for share in result.estimate), 1, places=4)
+            for rig, half in zip(result.rigs, halves):
+                self.assertEqual((rig.status, rig.is_used, rig.points["received"]), ("ok", True, len(half)))
+                self.assertEqual(rig.clock_correction_ns, 0)
+                self.assertGreater(rig.coverage, 0.25)
+                self.assertTrue(numpy.isfinite([rig.residual, rig.misfit, rig.pose_shift]).all())
+                self.assertEqual((rig.pose_correction.shape, rig.pose_correction.dtype), ((4, 4), numpy.float64))
+            forecast.update(result)
+        self.assertGreater(forecast.frames, 0)
+        self.assertEqual(alone.match(cloud).rigs, [])
+
+    def test_rigs_without_a_frame_count_as_absent(self):
+        matcher = lbea.RigMatcher(self.model, [self.pose] * 2, clock_offsets_ns=[0, -5])
+        halves = self.halves(self.clouds[-1])
+        for absent in (0, 1):
+            given = list(halves)
+            given[absent] = None
+            result = matcher.match(given, stamps_ns=[0, 5])
+            self.assertEqual((result.status, result.stamp_ns), ("ok", 0))
+            self.assertEqual([rig.is_used for rig in result.rigs], [rig != absent for rig in range(2)])
+            self.assertEqual(result.rigs[absent].status, "empty_frame")
+        self.assertEqual(matcher.match([None, halves[0][:0]]).status, "empty_frame")
+
+    def test_poses_impact_and_reset(self):
+        matcher, wrong = lbea.RigMatcher(self.model, [self.pose] * 2), self.pose.copy()
+        wrong[:3, 3] += 3, 0, 4
+        corrected = lbea.RigMatcher(self.model, [self.pose, wrong])
+        for cloud in self.clouds:
+            result = corrected.match(self.halves(cloud))
+        self.assertAlmostEqual(result.rigs[1].pose_shift, 5, delta=1.5)
+        self.assertFalse((result.rigs[1].pose_correction == numpy.eye(4)).all())
+        corrected.reset()
+        numpy.testing.assert_array_equal(corrected.match([None, None]).rigs[1].pose_correction, numpy.eye(4))
+        matcher.fix_poses()
+        matcher.set_impact(5_000_000)
+        result = matcher.match(self.halves(self.clouds[-1]), stamps_ns=[7_000_000] * 2)
+        self.assertAlmostEqual(result.test_time, 2e-3, places=6)
+        self.assertTrue(numpy.isnan([rig.pose_shift for rig in result.rigs]).all())
+
+    def test_what_does_not_fit_is_refused(self):
+        model, pose = self.model, self.pose
+        for arguments, error, words in ((([],), lbea.Error, "0 rigs"), (([pose] * 17,), lbea.Error, "17 rigs"),
+                                        (([pose, 2 * pose[:3]],), lbea.Error, "rig 2"), (([pose, numpy.eye(3)],), ValueError, "3 x 4"),
+                                        (([pose] * 2, [0]), ValueError, "clock_offsets_ns has 1")):
+            with self.assertRaisesRegex(error, words):
+                lbea.RigMatcher(model, *arguments)
+        with self.assertRaisesRegex(lbea.Error, "without a sensor"):
+            lbea.RigMatcher(lbea.Model(PLATES), [pose])
+        with self.assertRaisesRegex(TypeError, "max_poinst"):
+            lbea.RigMatcher(model, [pose], max_poinst=5)
+        matcher, halves = lbea.RigMatcher(model, [pose] * 2), self.halves(self.clouds[0])
+        for arguments, words in (((halves[:1],), "points has 1"), ((halves, [1]), "ids has 1"), ((halves, None, [1] * 3), "stamps_ns has 3")):
+            with self.assertRaisesRegex(ValueError, words):
+                matcher.match(*arguments)
+        with self.assertRaisesRegex(TypeError, "float64"):
+            matcher.match([halves[0], halves[1].astype(float)])
+
+
 class ForecastTest(unittest.TestCase):
     def test_frames_tell_the_end(self):
         model = lbea.Model(DEMO)
@@ -337,6 +413,26 @@ class ThreadTest(unittest.TestCase):
         model = lbea.Model(PLATES)
         self.check_that_two_threads_are_refused(model, [lbea.Matcher(model, max_points=400_000)] * 4, None,
                                                 "another thread is using this Matcher; create one per thread")
+
+    def test_one_rig_matcher_refuses_two_threads(self):
+        model = lbea.Model(DEMO)
+        cloud, matcher, outcomes = cloud_of(sorted(Path(FRAMES).glob("*.ply"))[0]), lbea.RigMatcher(model, [lbea.read_pose(SENSOR)] * 2), []
+
+        def match():
+            for _ in range(20):
+                try:
+                    outcomes.append(matcher.match([cloud, cloud]).status)
+                except RuntimeError as error:
+                    outcomes.append(str(error))
+
+        threads = [threading.Thread(target=match) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len(outcomes), 80)
+        self.assertLessEqual(set(outcomes), {"ok", "another thread is using this RigMatcher; create one per test stand"})
+        self.assertIn("ok", outcomes)
 
     def test_one_history_refuses_two_threads(self):
         model = lbea.Model(PLATES)

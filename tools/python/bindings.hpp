@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lbea/lbea.hpp>
+#include <lbea/rigs.hpp>
 #include <lbea/test_history.hpp>
 
 #include <pybind11/numpy.h>
@@ -52,6 +53,10 @@ struct PyChannel : ChannelValue {
   std::string name, unit;
 };
 
+struct PyRigResult : RigResult {
+  RigidTransform pose_correction = identity_transform;
+};
+
 /// A copy of a MatchResult, which is valid only until the next match.
 struct PyResult {
   std::string status, verdict;
@@ -66,6 +71,7 @@ struct PyResult {
   std::vector<PyMatch> matches{}, candidates{};
   std::vector<PyShare> estimate{};
   std::vector<PyChannel> channels{};
+  std::vector<PyRigResult> rigs{};  // of RigMatcher
   StageTimes elapsed_ns;
   // For Forecast.update:
   bool is_ok = false;
@@ -73,11 +79,31 @@ struct PyResult {
   std::uint64_t model_checksum = 0;
 };
 
+[[nodiscard]] PyResult to_python(const MatchResult& result, const Model& model);
+[[nodiscard]] pybind11::dict to_dict(const PointTally& points);
+/// The array's memory. Raises TypeError for what would have to be copied, ValueError for another shape.
+[[nodiscard]] std::span<const Point> points_in(const pybind11::object& points);
+/// matrix: 3 x 4 or 4 x 4; None: the identity. Raises ValueError for another shape.
+[[nodiscard]] RigidTransform transform_from(const pybind11::object& matrix);
+/// All but the method and the pose. Raises TypeError for a name that is none.
+[[nodiscard]] MatcherConfig config_from(const pybind11::kwargs& settings);
+
 /// 4 x 4, float64.
 [[nodiscard]] pybind11::array matrix(const RigidTransform& T);
 
 void bind_matcher(pybind11::module_& module);
+void bind_rigs(pybind11::module_& module);
 void bind_history(pybind11::module_& module);
 void bind_forecast(pybind11::module_& module);
+
+/// A property for each number, which `numbers_of` finds in an object of this class.
+template <class Class, class Numbers>
+void add_numbers(Class& type, const Numbers& numbers, auto numbers_of) {
+  for (const auto& number : numbers)
+    type.def_property_readonly(
+        number.name,
+        [value = number.value, numbers_of](const typename Class::type& self) { return numbers_of(self).*value; },
+        number.meaning);
+}
 
 }  // namespace lbea::tool

@@ -219,6 +219,7 @@ PYBIND11_MODULE(lbea, module) {
   });
   lbea::tool::bind_model(module);
   lbea::tool::bind_history(module);
+  lbea::tool::bind_rigs(module);
   lbea::tool::bind_matcher(module);
   lbea::tool::bind_forecast(module);
   lbea::tool::bind_sensor(module);
