@@ -30,12 +30,13 @@ void add_sending_options(Tool& tool, Options& options, Option* to, Option* model
   tool.add_option("--results", options.socket.results_endpoint,
                   "with --to: endpoint of the matcher's results, to compare counts at the end")
       ->needs(to);
-  auto* speed = tool.add_option("--speed", options.socket.speed, "relative to the recorded pace")
+  auto* speed = tool.add_option("--speed", options.socket.pace.speed, "relative to the recorded pace")
                     ->check(in_range(1e-3, 1e6))
                     ->excludes(model);
-  auto* fast = tool.add_flag("--fast", options.socket.fast, "with --to: as fast as possible; sending waits for room")
-                   ->excludes(speed);
-  tool.add_flag("--step", options.socket.steps, "one frame per line on standard input (Enter)")
+  auto* fast =
+      tool.add_flag("--fast", options.socket.pace.fast, "with --to: as fast as possible; sending waits for room")
+          ->excludes(speed);
+  tool.add_flag("--step", options.socket.pace.steps, "one frame per line on standard input (Enter)")
       ->excludes(speed)
       ->excludes(fast)
       ->excludes(model);
@@ -76,8 +77,10 @@ void add_matching_options(Tool& tool, Options& options, Option* model) {
 
 void add_options(Tool& tool, Options& options) {
   tool.add_option("FILE", options.file, "the recording")->required();
-  auto* to =
-      tool.add_option("--to", options.socket.endpoint, "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc");
+  auto* to = tool.add_option("--to", options.socket.to,
+                             "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc; of a recording of several "
+                             "rigs NAME=ENDPOINT, once for each")
+                 ->repeatable();
   auto* model = tool.add_option("--model", options.model.model_files,
                                 "baked model (.lbea) to match with; once for each component of the recording")
                     ->repeatable()
@@ -89,7 +92,7 @@ void add_options(Tool& tool, Options& options) {
 }
 
 void require_destination(const Options& options) {
-  if (options.socket.endpoint.empty() && options.model.model_files.empty())
+  if (options.socket.to.empty() && options.model.model_files.empty())
     throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
 }
 
@@ -101,7 +104,7 @@ int replay(Options options) {
   const Range range(options.range);
   RecordedRun run(options.file);
   const Part part = part_of(run, range, options.file);
-  if (!options.socket.endpoint.empty()) {
+  if (!options.socket.to.empty()) {
     run.limit(part.from_ns, part.to_ns);
     run.rewind();
     options.socket.json = options.json;

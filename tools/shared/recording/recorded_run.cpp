@@ -36,7 +36,9 @@ std::optional<RecordedChannel> channel_of(const mcap::Channel& channel) {
     return RecordedChannel{};
   const auto session = hexadecimal_in(channel.metadata, session_key),
              id = hexadecimal_in(channel.metadata, id_high_key);
-  return session && id && *id >> 32 == 0 ? std::optional(RecordedChannel{Kind::frame, *session, *id}) : std::nullopt;
+  if (!session || !id || *id >> 32 != 0) return std::nullopt;
+  const auto rig = channel.metadata.find(std::string(rig_key));
+  return RecordedChannel{Kind::frame, *session, *id, rig == channel.metadata.end() ? "" : rig->second};
 }
 
 RecordedMessage recorded_message(const mcap::Message& message, const RecordedChannel& channel) {
@@ -45,6 +47,7 @@ RecordedMessage recorded_message(const mcap::Message& message, const RecordedCha
   recorded.session = channel.session;
   recorded.id = channel.id_high << 32 | message.sequence;
   recorded.stamp_ns = time_of(message.publish_time);
+  recorded.rig = channel.rig;
   return recorded;
 }
 

@@ -18,12 +18,14 @@ struct RecordedMessage {
   // Frames only.
   std::uint64_t session = 0, id = 0;
   std::int64_t stamp_ns = 0;
+  std::string_view rig{};  // of several; valid as `data` is
 };
 
 /// The contents of a channel, from its topic and metadata.
 struct RecordedChannel {
   RecordedMessage::Kind kind = RecordedMessage::Kind::other;
   std::uint64_t session = 0, id_high = 0;
+  std::string rig{};
 };
 /// Nothing for a frame channel with invalid metadata.
 [[nodiscard]] std::optional<RecordedChannel> channel_of(const mcap::Channel& channel);

@@ -122,6 +122,14 @@ TestKey FrameFates::test_of(const FrameKey& frame) const {
   return {frame.first, static_cast<std::uint64_t>(std::ranges::count_if(ends->second, is_before))};
 }
 
+std::uint64_t FrameFates::ends_before(std::uint64_t session, const FrameKey& frame) const {
+  const auto ends = ends_.find(session);
+  const auto found = fates_.find(frame);
+  if (ends == ends_.end() || found == fates_.end() || !found->second.is_searched) return 0;
+  return static_cast<std::uint64_t>(
+      std::ranges::count_if(ends->second, [&](const End& end) { return end.receive_ns < found->second.receive_ns; }));
+}
+
 bool FrameFates::is_at_edge(const FrameKey& frame) const {
   const auto session = sessions_.find(frame.first);
   return session == sessions_.end() || frame.second < session->second.first_id ||

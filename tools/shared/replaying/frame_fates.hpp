@@ -34,6 +34,8 @@ class FrameFates {
   [[nodiscard]] bool was_dropped(const FrameKey& frame) const;
   /// An end of stream ends the test: frames after it belong to another one.
   [[nodiscard]] TestKey test_of(const FrameKey& frame) const;
+  /// How often the stream of another session had ended before the matcher had this frame; 0 if that is not known.
+  [[nodiscard]] std::uint64_t ends_before(std::uint64_t session, const FrameKey& frame) const;
   /// Before the first or after the last frame of its session that is recorded with its result.
   [[nodiscard]] bool is_at_edge(const FrameKey& frame) const;
   /// Whether the matcher had earlier frames of the test, which are not recorded.
