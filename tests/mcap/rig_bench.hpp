@@ -43,6 +43,7 @@ class RigCamera {
     --next_id_;
     send(points, stamp_ns);
   }
+  void say_hello() { REQUIRE(sink_.tell(encoder_.control({session_, ControlKind::hello, next_id_, 0}), 30s)); }
   void end() { REQUIRE(sink_.send(encoder_.end_of_stream(session_, next_id_), 30s)); }
   /// The sender program ends without goodbye, and another one begins.
   void restart() {

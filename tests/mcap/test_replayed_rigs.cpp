@@ -48,7 +48,7 @@ std::vector<std::vector<std::byte>> record_two_tests(Rigs& rigs) {
   return expected;
 }
 
-std::string to(Rigs& rigs) { return " --to left=" + rigs.left() + " --to right=" + rigs.right(); }
+std::string to_both(Rigs& rigs) { return " --to left=" + rigs.left() + " --to right=" + rigs.right(); }
 
 }  // namespace
 
@@ -58,7 +58,7 @@ TEST_CASE("a recording of two rigs, sent to another matcher, gives the same bits
   stop(*recorded.server);
   const Json first = Json::parse(text_of(recorded.bench.file("serve.out")));
   Rigs repeated;
-  const Outcome replay = repeated.bench.replay(recorded.bench.file("run.mcap") + to(repeated) + " --results " +
+  const Outcome replay = repeated.bench.replay(recorded.bench.file("run.mcap") + to_both(repeated) + " --results " +
                                                repeated.bench.results() + " --json --fast");
   CAPTURE(replay.err);
   CAPTURE(replay.out);
@@ -91,7 +91,8 @@ TEST_CASE("frames of two rigs are sent no sooner than they were recorded, in eac
   stop(*recorded.server);
   Rigs repeated;
   const auto begin = std::chrono::steady_clock::now();
-  const Outcome replay = repeated.bench.replay(recorded.bench.file("run.mcap") + to(repeated) + " --speed 2 --loop 2");
+  const Outcome replay =
+      repeated.bench.replay(recorded.bench.file("run.mcap") + to_both(repeated) + " --speed 2 --loop 2");
   CHECK(std::chrono::steady_clock::now() - begin >= 2 * (states - 1) * between_frames);  // two rounds of two tests
   CAPTURE(replay.err);
   CAPTURE(replay.out);

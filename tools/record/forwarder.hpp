@@ -63,6 +63,8 @@ class DeliveredFrames {
  public:
   void add(const wire::WireState& state);
   [[nodiscard]] bool empty() const noexcept { return start_ns_ == 0; }
+  /// A matcher has ended: what it received after its last state is not known.
+  [[nodiscard]] bool has_former() const noexcept { return !by_former_.empty(); }
   /// Of the frames that these senders sent, those that no matcher received.
   [[nodiscard]] std::uint64_t missing_of(const std::vector<wire::WireSender>& senders) const;
 

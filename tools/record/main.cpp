@@ -7,7 +7,7 @@ namespace lbea::tool {
 namespace {
 
 constexpr auto description =
-    "Records the frames of a rig. With --forward it also forwards everything to a matcher: the rig then sends to this\n"
+    "Records the frames of rigs. With --forward it also forwards everything to a matcher: the rigs then send to this\n"
     "program. Where lbea-serve runs, its own --record is simpler.\n"
     "Recording never waits for the matcher: a frame without room there is recorded and counted as refused.\n"
     "The exit code is 1 when a frame could not be recorded, had no room at the matcher, or did not arrive, and when a\n"
@@ -19,18 +19,32 @@ void add_options(Tool& tool, RecordOptions& options) {
                   "strftime's notation: %Y-%m-%d_%H-%M-%S.mcap")
       ->required()
       ->transform(recording_name());
-  tool.add_option("--frames", options.frames_endpoint,
-                  "endpoint to receive frames on, e.g. " + wire::example_endpoint("rig", 5554))
+  tool.add_option("--frames", options.rig_options.frames,
+                  "endpoint to receive frames on, e.g. " + wire::example_endpoint("rig", 5554) +
+                      "; from several rigs NAME=ENDPOINT, once for each")
+      ->repeatable()
       ->required()
       ->check(not_empty());
-  tool.add_option("--forward", options.forward_endpoint, "endpoint of a matcher's frames, to forward to")
+  tool.add_option("--forward", options.forward,
+                  "endpoint of a matcher's frames, to forward to; with several rigs NAME=ENDPOINT, once for each")
+      ->repeatable()
       ->check(not_empty());
   tool.add_option("--results", options.results_endpoint, "endpoint of a matcher's results, to record as well")
       ->check(not_empty());
+  tool.add_option("--pose", options.rig_options.poses,
+                  "sensor.json, as given to the matcher, to record as well: a replay needs it; with several rigs "
+                  "NAME=FILE, once for each")
+      ->repeatable()
+      ->check(not_empty());
+  tool.add_option("--clock-offset-ns", options.rig_options.clock_offsets,
+                  "several rigs: NAME=NS, as given to the matcher; may be repeated")
+      ->repeatable();
   add_recording_options(tool, options.recording);
   const auto set_trigger = [&](std::int64_t stamp_ns) { options.recording.trigger_ns = stamp_ns; };
-  tool.add_option_function("--trigger-ns", set_trigger,
-                           "the sender's clock at impact, as given to the matcher; a replay needs it");
+  tool.add_option_function(
+      "--trigger-ns", set_trigger,
+      "the sender's clock (with several rigs, their common one) at impact, as given to the matcher; "
+      "a replay needs it");
   tool.add_option("--max-points", options.max_points,
                   "the limit of a matcher of this recording; larger frames are recorded too, counted and logged")
       ->check(in_range(1u, wire::WireLimits::most_points));
@@ -44,7 +58,8 @@ void add_options(Tool& tool, RecordOptions& options) {
       ->check(not_empty());
   tool.add_flag("--json", options.json, "print the closing tally as JSON");
   tool.add_usage_check([&options] {
-    const bool has_matcher = !options.forward_endpoint.empty() || !options.results_endpoint.empty();
+    read_rigs(options);
+    const bool has_matcher = !options.forward.empty() || !options.results_endpoint.empty();
     if (!options.matcher_access.server_key_file.empty() && !has_matcher)
       throw WrongUsage("--server-key: is for --forward and --results, and neither is given");
   });

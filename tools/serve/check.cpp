@@ -114,7 +114,7 @@ void check_endpoints(Preflight& preflight, const ServeOptions& options) {
   wire::WireContext context;
   std::vector<wire::FrameSource> frames;
   std::optional<wire::ResultSink> results, preview, inference;
-  for (const ServedRig& rig : options.rigs)
+  for (const NamedRig& rig : options.rigs)
     preflight.check(rig.name.empty() ? "frames" : "frames of " + rig.name,
                     [&] { return frames.emplace_back(context, rig.endpoint, wire::WireLimits{}, senders).endpoint(); });
   const auto bind = [&](const char* name, std::optional<wire::ResultSink>& sink, const std::string& endpoint) {

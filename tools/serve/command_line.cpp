@@ -154,7 +154,7 @@ void add_options(Tool& tool, ServeOptions& options) {
 }
 
 void read_poses(ServeOptions& options, const Model& model) {
-  read_poses(options.rigs, model);
+  read_poses(options.rigs, model.length_unit());
   options.matcher.T_reference_sensor = options.rigs.front().T_reference_sensor;
 }
 

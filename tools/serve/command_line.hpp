@@ -15,7 +15,7 @@ struct ServeOptions {
   std::vector<std::string> model_files;  // one per component
   std::string results_endpoint, preview_endpoint, inference_endpoint, inferred_field, metrics_address;
   RigOptions rig_options;
-  std::vector<ServedRig> rigs;   // one or several
+  std::vector<NamedRig> rigs;    // one or several
   std::optional<Method> method;  // none: choose_method() chooses it
   MatcherConfig matcher;
   bool estimates_pose = true;  // with fit, the pose error of each test

@@ -45,7 +45,7 @@ std::vector<ServedModel> open_models(const std::vector<std::string>& files) {
   return models;
 }
 
-std::vector<ComponentModel> matched_components(const std::vector<ServedModel>& models, const ServedRig& rig,
+std::vector<ComponentModel> matched_components(const std::vector<ServedModel>& models, const NamedRig& rig,
                                                const MatcherConfig& config) {
   std::vector<ComponentModel> components;
   for (const ServedModel& served : models) components.push_back({served.name, served.model});

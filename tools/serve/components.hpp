@@ -22,6 +22,6 @@ void require_beside(const ServedModel& served, std::span<const ServedModel> othe
 /// For a ModelComponents, with the depth images of each component between the others of its test. Throws as views_for()
 /// and assembled_views() do.
 [[nodiscard]] std::vector<ComponentModel> matched_components(const std::vector<ServedModel>& models,
-                                                             const ServedRig& rig, const MatcherConfig& config);
+                                                             const NamedRig& rig, const MatcherConfig& config);
 
 }  // namespace lbea::tool

@@ -42,7 +42,7 @@ PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<Se
     config.components.push_back({served.name, served.model.checksum()});
     config.description.components.push_back({served.name, summarize(served.model, served.file)});
   }
-  for (const ServedRig& rig : options.rigs)
+  for (const NamedRig& rig : options.rigs)
     if (options.has_several_rigs()) config.rigs.push_back({rig.name, rig.clock_offset_ns});
   return config;
 }
@@ -104,9 +104,9 @@ bool supervise(Pipeline& pipeline, std::vector<PeerLog> peer_logs, RecordingLog&
   return true;
 }
 
-std::vector<RigidTransform> poses_of(const std::vector<ServedRig>& rigs) {
+std::vector<RigidTransform> poses_of(const std::vector<NamedRig>& rigs) {
   std::vector<RigidTransform> poses;
-  for (const ServedRig& rig : rigs) poses.push_back(rig.T_reference_sensor);
+  for (const NamedRig& rig : rigs) poses.push_back(rig.T_reference_sensor);
   return poses;
 }
 
@@ -147,7 +147,7 @@ std::vector<PeerLog> peer_logs(Pipeline& pipeline, Publishers& publishers) {
 std::vector<wire::FrameSource> bind_frames(wire::WireContext& context, const ServeOptions& options,
                                            PipelineConfig& config) {
   std::vector<wire::FrameSource> sources;
-  for (const ServedRig& rig : options.rigs) {
+  for (const NamedRig& rig : options.rigs) {
     sources.emplace_back(context, rig.endpoint, config.limits, options.access.load());
     if (options.has_several_rigs())
       config.description.rigs.push_back({rig.name, sources.back().endpoint(), rig.clock_offset_ns, {}});
@@ -258,9 +258,7 @@ int serve_models(const ServeOptions& options, const std::vector<ServedModel>& mo
 }
 
 std::vector<std::pair<std::string, std::string>> endpoints_of(const ServeOptions& options) {
-  std::vector<std::pair<std::string, std::string>> endpoints;
-  for (const ServedRig& rig : options.rigs)
-    endpoints.emplace_back(options.has_several_rigs() ? "--frames " + rig.name : "--frames", rig.endpoint);
+  std::vector<std::pair<std::string, std::string>> endpoints = frames_endpoints(options.rigs);
   endpoints.emplace_back("--results", options.results_endpoint);
   endpoints.emplace_back("--preview", options.preview_endpoint);
   endpoints.emplace_back("--inference", options.inference_endpoint);

@@ -68,9 +68,10 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::clock) {
     write_clock(event);
   } else if (event.kind == Event::Kind::new_session) {
-    if (new_sessions_.is_due()) spdlog::info("frame {}: from session {:016x}", event.ids.first, event.session);
+    if (new_sessions_.is_due())
+      spdlog::info("{}frame {}: from session {:016x}", prefix_, event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {
-    spdlog::info("end of stream before frame {} of session {:016x}", event.ids.first, event.session);
+    spdlog::info("{}end of stream before frame {} of session {:016x}", prefix_, event.ids.first, event.session);
   } else {
     write_problem(event.status, event.ids);
   }
@@ -90,16 +91,16 @@ void FrameLog::write_clock(const Event& event) {
 void FrameLog::write_refusal(IdRange ids) {
   if (!refusals_.is_due(ids.count)) return;
   spdlog::warn(
-      "{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has no "
+      "{}{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has no "
       "room{}",
-      frames_text(ids), refusals_.suppressed_text());
+      prefix_, frames_text(ids), refusals_.suppressed_text());
 }
 
 void FrameLog::write_problem(wire::WireStatus status, IdRange ids) {
   LogLine& line = by_status_[static_cast<std::size_t>(status)];
   if (!line.is_due(ids.count)) return;
   const std::string what = is_identified(status) ? frames_text(ids) : "a message";
-  spdlog::warn("{}: {}: {}{}", what, wire::to_string(status), wire::explain(status), line.suppressed_text());
+  spdlog::warn("{}{}: {}: {}{}", prefix_, what, wire::to_string(status), wire::explain(status), line.suppressed_text());
 }
 
 void FrameLog::write(const std::vector<wire::WireSender>& senders) {
@@ -121,10 +122,10 @@ void FrameLog::write(const wire::Counters& counters) {
   if (counters.interleaved == known_returns_ || !alternations_.is_due()) return;
   known_returns_ = counters.interleaved;
   spdlog::warn(
-      "frames of different senders alternate ({} returns to an earlier one): their tests are mixed; stop all senders "
+      "{}frames of different senders alternate ({} returns to an earlier one): their tests are mixed; stop all senders "
       "but "
       "one, or give lbea-serve --one-sender",
-      counters.interleaved);
+      prefix_, counters.interleaved);
 }
 
 void warn_of_unfinished(const std::vector<wire::WireSender>& senders) {

@@ -43,6 +43,8 @@ class LogLine {
 
 class FrameLog {
  public:
+  /// rig: one of several, whose name begins the lines about its frames; else empty.
+  explicit FrameLog(const std::string& rig = {}) : prefix_(rig.empty() ? "" : "rig " + rig + ": ") {}
   // The thread that receives or publishes. Neither function blocks or allocates; what finds no room is counted.
   /// The status of these captures.
   void note(wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept;
@@ -119,6 +121,7 @@ class FrameLog {
   void write_refusal(IdRange ids);
   void write_problem(wire::WireStatus status, IdRange ids);
 
+  std::string prefix_;
   Channel<Event> events_{1024};
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;

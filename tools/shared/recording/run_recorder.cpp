@@ -78,8 +78,9 @@ void RunRecorder::frame(wire::Message, const wire::FrameHeader& header, const Ar
 
 std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id, std::uint32_t rig) noexcept {
   const auto id_high = static_cast<std::uint32_t>(id >> 32);
-  const auto known = std::find_if(channels_.rbegin(), channels_.rend(),
-                                  [&](const FrameChannel& c) { return c.session == session && c.id_high == id_high; });
+  const auto known = std::find_if(channels_.rbegin(), channels_.rend(), [&](const FrameChannel& c) {
+    return c.session == session && c.id_high == id_high && c.rig == rig;
+  });
   if (known != channels_.rend()) return known->channel;
   if (channels_.size() == max_frame_channels) return 0;
   const auto next = static_cast<std::uint16_t>(first_frames_channel + channels_.size());
@@ -97,7 +98,7 @@ std::uint16_t RunRecorder::channel_of(std::uint64_t session, std::uint64_t id, s
     return 0;  // this frame is lost and counted; the next one is another attempt
   }
   if (!recorder_.put_channel(Recorder::Queue::frames, record)) return 0;
-  channels_.push_back({session, id_high, next});
+  channels_.push_back({session, id_high, rig, next});
   return next;
 }
 

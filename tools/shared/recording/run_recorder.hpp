@@ -39,7 +39,7 @@ class RunRecorder final : public RunObserver {
  private:
   struct FrameChannel {
     std::uint64_t session = 0;
-    std::uint32_t id_high = 0;
+    std::uint32_t id_high = 0, rig = 0;
     std::uint16_t channel = 0;
   };
   /// 0 when there is no room for another channel.

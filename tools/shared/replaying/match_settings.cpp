@@ -7,6 +7,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lbea::tool {
@@ -33,7 +34,9 @@ bool has_estimated_pose(const std::string& file) {
     if (message->kind != RecordedMessage::Kind::result ||
         wire::decode_result(message->data, result) != wire::WireStatus::ok || result.fit.candidates.empty())
       continue;
-    if (std::isfinite(result.fit.pose_turn)) return true;
+    if (std::isfinite(result.fit.pose_turn) ||
+        std::ranges::any_of(result.rigs, [](const auto& rig) { return std::isfinite(rig.pose_turn); }))
+      return true;
     has_fit = true;
   }
   return !has_fit;
@@ -46,6 +49,9 @@ Method method_of(const std::string& name, const std::string& file) {
                 file + ": was matched by the unknown method \"" + name + "\"; give the method with --method");
   return found->second;
 }
+
+/// lbea-record knows little of the matcher.
+bool is_of_recorder(const RunSettings& settings) { return settings.program.starts_with("lbea-record"); }
 
 /// Reports an unknown setting, because a default could change the results.
 void report_unknown(const std::string& what, const SettingsOptions& options) {
@@ -73,15 +79,24 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
 
 // Only lbea-serve records the pose, and whether its error was estimated.
 void complete_pose(RunSettings& settings, const SettingsOptions& options) {
-  if (settings.program.starts_with("lbea-record"))
-    settings.estimates_pose = has_estimated_pose(options.recording) ? 1 : 0;
+  if (is_of_recorder(settings)) settings.estimates_pose = has_estimated_pose(options.recording) ? 1 : 0;
   if (!options.pose_file.empty()) {
     settings.matcher.T_reference_sensor = io::read_pose(options.pose_file);
     settings.sensor_json = io::as_text(io::read_file(options.pose_file));
   } else if (options.without_pose) {
     settings.matcher.T_reference_sensor = MatcherConfig{}.T_reference_sensor;
     settings.sensor_json.clear();
-  } else if (settings.program.starts_with("lbea-record") && settings.sensor_json.empty()) {
+    for (RigSettings& rig : settings.rigs) {
+      rig.T_reference_sensor = MatcherConfig{}.T_reference_sensor;
+      rig.sensor_json.clear();
+    }
+  } else if (is_of_recorder(settings) && !settings.rigs.empty()) {
+    for (const RigSettings& rig : settings.rigs)
+      if (rig.sensor_json.empty())
+        report_unknown("the pose of rig " + rig.name + ", because lbea-record was not given it (--pose " + rig.name +
+                           "=sensor.json); give --no-pose if lbea-serve had none",
+                       options);
+  } else if (is_of_recorder(settings) && settings.sensor_json.empty()) {
     report_unknown(
         "the sensor's pose, because lbea-record does not know it; give it with --pose sensor.json, or give --no-pose "
         "if lbea-serve had none",
@@ -89,8 +104,9 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
   }
 }
 
-void require_recorded_settings(const SettingsOptions& options) {
-  if (!options.pose_file.empty() || options.without_pose || options.frames_alone ||
+void require_recorded_settings(const RunSettings& settings, const SettingsOptions& options) {
+  const bool drops_poses = options.without_pose && !is_of_recorder(settings);
+  if (!options.pose_file.empty() || drops_poses || options.frames_alone ||
       options.method.value_or(Method::fit) != Method::fit)
     throw Error(Status::bad_config,
                 options.recording +
@@ -108,7 +124,7 @@ std::vector<ComponentSettings> recorded_components(const RunSettings& recorded, 
 
 RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options) {
   RunSettings settings = std::move(recorded);
-  if (!settings.rigs.empty()) require_recorded_settings(options);
+  if (!settings.rigs.empty()) require_recorded_settings(settings, options);
   complete_method(settings, options);
   complete_pose(settings, options);
   if (options.frames_alone) settings.frames_alone = 1;
