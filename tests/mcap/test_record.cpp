@@ -126,7 +126,7 @@ TEST_CASE("recording does not wait for an absent matcher; once it starts it is i
   CHECK(rig.inspect()["frames"] == 200);
   CHECK(rig.inspect()["missing"] == 5);
   CHECK(contains(rig.log(), "frame 0: refused"));
-  CHECK(contains(rig.log(), "the matcher did not get 200 of 200 frames"));
+  CHECK(contains(rig.log(), "the matcher did not get 200 of 200 frames; they"));
 }
 
 TEST_CASE("the control messages kept for a matcher give the same counters as all of them") {

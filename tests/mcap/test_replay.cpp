@@ -264,7 +264,7 @@ TEST_CASE("frames that lbea-record could not forward are not matched") {
   CHECK(stop(*recorder) == 1);
   static_cast<void>(stop(*server));
   if (undelivered > 0) {
-    CHECK(contains(text_of(bench.file("record.err")), "the matcher did not get 5 of 20 frames"));
+    CHECK(contains(text_of(bench.file("record.err")), "the matcher did not get 5 of 20 frames (at most: what it"));
     return;
   }
   const auto matched = Json::parse(text_of(bench.file("serve.out")))["matched"].get<int>();

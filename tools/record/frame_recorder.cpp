@@ -59,7 +59,7 @@ class FrameRecorder {
       if (rigs_.size() > 1) tally.rigs.push_back({of_rig, rig.name()});
     }
     tally.lost_results = lost_results_;
-    tally.is_upper_bound = delivered_.has_former();
+    tally.is_upper_bound = delivered_.has_former() || !has_last_state_;
     return tally;
   }
 
@@ -108,6 +108,7 @@ class FrameRecorder {
         recorder_.state(*message, state);
         delivered_.add(state);
         if (is_stopping) last_state_due = Clock::now();
+        has_last_state_ = is_stopping;
       }
     }
   }
@@ -123,7 +124,8 @@ class FrameRecorder {
   std::uint64_t next_sequence_ = 0;  // 0: none received yet
   std::atomic<std::uint64_t> lost_results_{0};
   std::atomic<bool> all_forwarded_{false};
-  DeliveredFrames delivered_;  // read after stop()
+  DeliveredFrames delivered_;    // from here on: read after stop()
+  bool has_last_state_ = false;  // published after everything was forwarded
   std::thread frames_thread_, results_thread_;
 };
 

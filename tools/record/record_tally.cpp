@@ -44,8 +44,9 @@ void warn_of_losses(const std::string& file, const RecordTally& tally, const std
   const std::string of_rig = rig.empty() ? "" : " of rig " + rig;
   if (!losses.empty()) spdlog::warn("{} is incomplete; missing{}: {}", file, of_rig, losses);
   if (const std::uint64_t lost = tally.refused + tally.undelivered; lost > 0)
-    spdlog::warn("the matcher did not get {}{} of {} frames{}; they are recorded",
-                 is_upper_bound && tally.undelivered > 0 ? "at most " : "", lost, tally.received, of_rig);
+    spdlog::warn(
+        "the matcher did not get {} of {} frames{}{}; they are recorded", lost, tally.received, of_rig,
+        is_upper_bound && tally.undelivered > 0 ? " (at most: what it received after its last state is unknown)" : "");
   if (tally.unforwarded_controls > 0)
     spdlog::warn("the senders' last control messages{} did not reach the matcher; its account ends before them",
                  of_rig);

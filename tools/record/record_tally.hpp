@@ -35,7 +35,7 @@ struct RunTally : RecordTally {
   };
   std::uint64_t lost_results = 0;  // results and states that this subscriber missed
   std::vector<Rig> rigs;           // of several
-  bool is_upper_bound = false;     // undelivered: a matcher ended whose last frames are unknown
+  bool is_upper_bound = false;     // undelivered: what a matcher received after its last state is unknown
   [[nodiscard]] bool is_complete() const noexcept { return RecordTally::is_complete() && lost_results == 0; }
 };
 
