@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <charconv>
 
+#ifdef _WIN32
+#include <ws2tcpip.h>
+#else
 #include <arpa/inet.h>
+#endif
 
 namespace lbea::http {
 namespace {
