@@ -4,6 +4,7 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/machine.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
+#include "tools/serve/system.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
 
@@ -12,8 +13,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <optional>
-
-#include <sys/resource.h>
 
 namespace lbea::tool {
 namespace {
@@ -59,7 +58,6 @@ class Preflight {
 };
 
 constexpr std::uint64_t probe_bytes = std::uint64_t{256} << 20;
-constexpr rlim_t recommended_descriptors = 4096;
 
 std::string describe(const Model& model, const std::string& file) {
   return file + ": " + std::to_string(model.samples()) + " samples of " + std::to_string(model.simulations()) +
@@ -135,15 +133,6 @@ std::string joined(const std::vector<std::string>& texts) {
   return all;
 }
 
-Finding check_descriptors() {
-  rlimit limit{};
-  ::getrlimit(RLIMIT_NOFILE, &limit);
-  const std::string text = std::to_string(limit.rlim_cur) + " may be open";
-  if (limit.rlim_cur >= recommended_descriptors) return {"descriptors", Finding::Level::ok, text};
-  return {"descriptors", Finding::Level::warning,
-          text + "; unknown connections could use them up, raise LimitNOFILE= or ulimit -n"};
-}
-
 }  // namespace
 
 int check(ServeOptions options) {
@@ -176,8 +165,8 @@ int check(ServeOptions options) {
   for (Finding& finding : check_privileges(options.privileges, options.pipeline.matchers,
                                            models.empty() ? nullptr : &models.front().model, options.matcher.method))
     preflight.add(std::move(finding));
-  for (Finding& finding : check_clock()) preflight.add(std::move(finding));
-  preflight.add(check_descriptors());
+  for (Finding& finding : system::check_clock()) preflight.add(std::move(finding));
+  for (Finding& finding : system::check_descriptors()) preflight.add(std::move(finding));
   if (records) {
     preflight.check("record", [&] { return check_recording(options.recording), options.recording.file; });
     const auto folder = std::filesystem::absolute(options.recording.file).parent_path();

@@ -1,6 +1,8 @@
 #include "tools/serve/command_line.hpp"
 
+#include "adapters/wire/sockets/endpoint.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
+#include "tools/serve/system.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
 
@@ -94,9 +96,8 @@ void add_operation_options(Tool& tool, ServeOptions& options) {
                   "address on this machine for Prometheus metrics, e.g. 127.0.0.1:9464");
   tool.add_option("--pin", options.privileges.pin,
                   "processor for the matching thread; with --matchers, for the first one, the others follow");
-  tool.add_option("--realtime", options.privileges.realtime, "SCHED_FIFO priority for the matching threads")
-      ->check(in_range(1, 99));
-  tool.add_flag("--lock-memory", options.privileges.lock_memory, "lock all memory in RAM");
+  tool.add_option("--realtime", options.privileges.realtime, system::realtime_text())->check(in_range(1, 99));
+  tool.add_flag("--lock-memory", options.privileges.lock_memory, system::lock_text());
   tool.add_flag("--check", options.check,
                 "test everything that can be tested without frames, print the findings, and exit");
   tool.add_flag("--json", options.json, "print the closing tally, or the findings of --check, as JSON");
@@ -108,15 +109,15 @@ void add_endpoints(Tool& tool, ServeOptions& options) {
                   "after their files")
       ->required();
   tool.add_option("--frames", options.rig_options.frames,
-                  "endpoint to receive frames on, e.g. ipc:///tmp/frames.ipc; from several rigs that see the component "
-                  "at the same time NAME=ENDPOINT, once for each")
+                  "endpoint to receive frames on, e.g. " + wire::example_endpoint("frames", 5555) +
+                      "; from several rigs that see the component at the same time NAME=ENDPOINT, once for each")
       ->repeatable()
       ->required();
   tool.add_option("--results", options.results_endpoint, "endpoint to publish results on, e.g. tcp://127.0.0.1:5556")
       ->required();
-  tool.add_option(
-      "--preview", options.preview_endpoint,
-      "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. ipc:///tmp/preview.ipc");
+  tool.add_option("--preview", options.preview_endpoint,
+                  "endpoint to publish thinned clouds on, at most 30 a second, for lbea-monitor, e.g. " +
+                      wire::example_endpoint("preview", 5557));
   auto* inferred = tool.add_option(
       "--infer", options.inferred_field,
       "with fit: field to infer on the whole component, including hidden parts, for every frame, e.g. plastic_strain");

@@ -1,103 +1,44 @@
 #include "tools/serve/machine.hpp"
 
+#include "adapters/files/system_files.hpp"
+#include "tools/serve/system.hpp"
 #include "tools/shared/cli/formatted.hpp"
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <fstream>
 #include <thread>
 
-#include <fcntl.h>
-#include <pthread.h>
-#include <sched.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
-#include <sys/statvfs.h>
-#include <sys/timex.h>
 #include <unistd.h>
 
 namespace lbea::tool {
 namespace {
 
 using Level = Finding::Level;
-constexpr std::uint64_t mb = 1'000'000;
-constexpr rlim_t max_descriptors = 16'384;  // an unknown connection takes memory for two seconds
-
-Finding pin(unsigned processor) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (processor < CPU_SETSIZE) CPU_SET(processor, &set);
-  const int error = processor < CPU_SETSIZE ? ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set) : EINVAL;
-  const std::string which = "processor " + std::to_string(processor);
-  if (error == 0) return {"pin", Level::ok, "the matching thread runs on " + which};
-  return {"pin", Level::warning,
-          which + " is not available (" + std::strerror(error) + "); taskset -cp $$ lists those that are"};
-}
-
-Finding become_realtime(int priority) {
-  sched_param param{};
-  param.sched_priority = priority;
-  const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &param);
-  const std::string which = "SCHED_FIFO priority " + std::to_string(priority);
-  if (error == 0) return {"realtime", Level::ok, "the matching thread has " + which};
-  return {"realtime", Level::warning,
-          which + " was denied (" + std::strerror(error) +
-              "); allow it with LimitRTPRIO= in the unit, rtprio in limits.conf, or CAP_SYS_NICE"};
-}
-
-// Existing memory is locked when it is first used; locking it at once would read the whole model. Memory allocated
-// later is locked immediately.
-bool lock_all(const Model* model, Method method) {
-  return ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0 && (model == nullptr || model->lock(method)) &&
-         ::mlockall(MCL_FUTURE) == 0;
-}
-
-std::string describe(const Model* model, Method method) {
-  if (model == nullptr || model->hot_bytes(method) == model->bytes()) return "all memory stays in RAM";
-  return "all memory stays in RAM; of the model " + std::to_string(model->hot_bytes(method) / mb) + " MB, the other " +
-         std::to_string((model->bytes() - model->hot_bytes(method)) / mb) + " MB are read on demand";
-}
-
-Finding lock_memory(const Model* model, Method method) {
-  if (lock_all(model, method)) return {"lock-memory", Level::ok, describe(model, method)};
-  const int error = errno;
-  rlimit limit{};
-  ::getrlimit(RLIMIT_MEMLOCK, &limit);
-  return {"lock-memory", Level::warning,
-          std::string("memory could not be locked (") + std::strerror(error) + "; the limit is " +
-              std::to_string(limit.rlim_cur >> 20) +
-              " MB); allow it with LimitMEMLOCK=infinity in the unit or memlock in limits.conf"};
-}
-
-std::string first_line(const char* file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
+constexpr double mb = 1e6;
 
 std::string fixed(double value, int digits) { return formatted("%.*f", digits, value); }
 
-std::uint64_t available_memory() {
-  std::ifstream in("/proc/meminfo");
-  std::string name;
-  for (std::uint64_t kb = 0; in >> name >> kb; in.ignore(64, '\n'))
-    if (name == "MemAvailable:") return kb * 1024;
-  return 0;
-}
-
-/// A temporary file, removed on destruction.
+/// A temporary file, removed at once where the system can, otherwise on destruction.
 struct ProbeFile {
-  explicit ProbeFile(const std::filesystem::path& folder) : name((folder / ".lbea-check-XXXXXX").string()) {
-    descriptor = ::mkostemp(name.data(), O_CLOEXEC);
-    if (descriptor >= 0) ::unlink(name.c_str());
+  explicit ProbeFile(const std::filesystem::path& folder) {
+    const std::string start = ".lbea-check-" + std::to_string(io::system::process_id()) + "-";
+    for (int i = 0; i < 1000 && descriptor < 0; ++i) {
+      name = folder / (start + std::to_string(i));
+      descriptor = io::system::create_file(name);
+      if (descriptor < 0 && errno != EEXIST) return;
+    }
+    if (descriptor >= 0) io::system::remove_file(name);
   }
   ~ProbeFile() {
-    if (descriptor >= 0) ::close(descriptor);
+    if (descriptor < 0) return;
+    ::close(descriptor);
+    io::system::remove_file(name);
   }
-  std::string name;
+  ProbeFile(const ProbeFile&) = delete;
+  ProbeFile& operator=(const ProbeFile&) = delete;
+  std::filesystem::path name;
   int descriptor = -1;
 };
 
@@ -109,64 +50,42 @@ struct WriteProbe {
 
 WriteProbe probe_writing(int descriptor, std::uint64_t bytes) {
   using Clock = std::chrono::steady_clock;
-  const std::vector<char> block(std::size_t{4} << 20, '\x5a');
+  const std::vector<std::byte> block(std::size_t{4} << 20, std::byte{0x5a});
   WriteProbe probe;
   const auto begin = Clock::now();
   for (std::uint64_t done = 0; done < bytes;) {
     const auto before = Clock::now();
-    const ssize_t written = ::write(descriptor, block.data(), std::min<std::uint64_t>(block.size(), bytes - done));
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), bytes - done));
+    const std::int64_t written = io::system::write_some(descriptor, std::span(block).first(count));
     if (written <= 0) return {0, 0, errno};
     done += static_cast<std::uint64_t>(written);
     probe.longest_ms =
         std::max(probe.longest_ms, std::chrono::duration<double, std::milli>(Clock::now() - before).count());
   }
-  if (::fdatasync(descriptor) != 0) return {0, 0, errno};
-  probe.mb_per_s = static_cast<double>(bytes) / static_cast<double>(mb) /
-                   std::chrono::duration<double>(Clock::now() - begin).count();
+  if (const int error = io::system::flush(descriptor); error != 0) return {0, 0, error};
+  probe.mb_per_s = static_cast<double>(bytes) / mb / std::chrono::duration<double>(Clock::now() - begin).count();
   return probe;
 }
+
+std::string whole_mb(std::uint64_t bytes) { return std::to_string(bytes / 1'000'000); }
 
 }  // namespace
 
 std::vector<Finding> request_for_thread(const PrivilegeRequest& request, std::uint32_t matcher) {
   std::vector<Finding> answers;
-  if (request.pin) answers.push_back(pin(*request.pin + matcher));
-  if (request.realtime) answers.push_back(become_realtime(*request.realtime));
+  if (request.pin) answers.push_back(system::pin(*request.pin + matcher));
+  if (request.realtime) answers.push_back(system::become_realtime(*request.realtime));
   return answers;
 }
 
 std::vector<Finding> request_for_process(const PrivilegeRequest& request, const Model* model, Method method) {
   if (!request.lock_memory) return {};
-  return {lock_memory(model, method)};
-}
-
-void raise_descriptor_limit() noexcept {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-  limit.rlim_cur = std::min(limit.rlim_max, max_descriptors);
-  ::setrlimit(RLIMIT_NOFILE, &limit);
-}
-
-std::vector<Finding> check_clock() {
-  std::vector<Finding> findings;
-  timex time{};
-  const int state = ::adjtimex(&time);
-  const bool is_kept = state >= 0 && state != TIME_ERROR && (time.status & STA_UNSYNC) == 0;
-  findings.push_back(
-      is_kept
-          ? Finding{"clock", Level::ok,
-                    "synchronized, within " + fixed(static_cast<double>(time.maxerror) * 1e-3, 1) + " ms"}
-          : Finding{"clock", Level::warning, "not synchronized (NTP, PTP): stamps of two machines cannot be compared"});
-  const std::string source = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
-  if (source == "hpet" || source == "acpi_pm")
-    findings.push_back({"clock source", Level::warning, source + " is slow to read; prefer tsc"});
-  return findings;
+  return {system::lock_memory(model, method)};
 }
 
 Finding check_memory(std::uint64_t needed) {
-  const std::uint64_t available = available_memory();
-  const std::string text =
-      "needs " + std::to_string(needed / mb) + " MB of " + std::to_string(available / mb) + " MB free";
+  const std::uint64_t available = system::available_memory();
+  const std::string text = "needs " + whole_mb(needed) + " MB of " + whole_mb(available) + " MB free";
   if (needed > available)
     return {"memory", Level::failed, text + "; lower --queue, --max-points or the recording's ring"};
   return {"memory", needed > available / 2 ? Level::warning : Level::ok, text};
@@ -182,10 +101,7 @@ std::vector<Finding> check_privileges(const PrivilegeRequest& request, std::uint
   for (Finding& finding : request_for_process(request, model, method)) findings.push_back(std::move(finding));
   if (findings.empty())
     findings.push_back({"privileges", Level::ok, "none requested (--pin, --realtime, --lock-memory)"});
-  const std::string governor = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
-  if (!governor.empty() && governor != "performance")
-    findings.push_back({"governor", Level::warning,
-                        "processors reduce their clock when idle (" + governor + "); set it to performance"});
+  for (Finding& finding : system::check_governor()) findings.push_back(std::move(finding));
   return findings;
 }
 
@@ -195,10 +111,9 @@ Finding check_disk(const std::filesystem::path& folder, std::uint64_t bytes) {
   if (file.descriptor < 0)
     return {"disk", Level::failed,
             folder.string() + ": cannot be written to (" + std::strerror(errno) + "); record elsewhere"};
-  struct statvfs space {};
-  ::fstatvfs(file.descriptor, &space);
-  const double free_mb =
-      static_cast<double>(space.f_bavail) * static_cast<double>(space.f_frsize) / static_cast<double>(mb);
+  std::error_code unknown;
+  const std::uintmax_t free = std::filesystem::space(folder, unknown).available;
+  const double free_mb = unknown ? 0 : static_cast<double>(free) / mb;
   const WriteProbe probe = probe_writing(file.descriptor, bytes);
   if (probe.error != 0)
     return {"disk", Level::failed,

@@ -27,12 +27,7 @@ struct Finding {
 /// For the process, after it has opened its model (if any) and before it allocates much.
 [[nodiscard]] std::vector<Finding> request_for_process(const PrivilegeRequest& request, const Model* model,
                                                        Method method);
-/// Raises the process's limit of open descriptors to its maximum or 16,384, so that unknown connections use up neither
-/// those that peers need nor memory.
-void raise_descriptor_limit() noexcept;
 
-/// Whether the clock is synchronized, and fast to read.
-[[nodiscard]] std::vector<Finding> check_clock();
 /// Whether `needed` bytes of memory are free.
 [[nodiscard]] Finding check_memory(std::uint64_t needed);
 /// Makes each request in temporary threads or in this process.

@@ -1,9 +1,12 @@
 // lbea-serve: receives frames, matches each one, publishes the results.
 #include "adapters/http/metrics.hpp"
+#include "adapters/wire/sockets/endpoint.hpp"
 #include "runtime/src/depth/test_clock.hpp"
+#include "runtime/src/model/mapped_file.hpp"
 #include "tools/serve/command_line.hpp"
 #include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/reports.hpp"
+#include "tools/serve/system.hpp"
 #include "tools/serve/watches.hpp"
 #include "tools/shared/cli/last_line.hpp"
 #include "tools/shared/cli/method_names.hpp"
@@ -15,8 +18,6 @@
 #include "tools/shared/recording/trigger_signal.hpp"
 
 #include <spdlog/spdlog.h>
-
-#include <unistd.h>
 
 namespace lbea::tool {
 namespace {
@@ -68,9 +69,7 @@ RunSettings run_settings(const ServeOptions& options, const std::vector<ServedMo
 }
 
 void require_memory(const ServeOptions& options) {
-  const auto pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGE_SIZE);
-  const std::uint64_t installed = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
-  const std::uint64_t needed = queue_bytes(options);
+  const std::uint64_t installed = memory_of_machine(), needed = queue_bytes(options);
   if (needed > installed / 2)
     throw Error(Status::bad_config,
                 fmt::format("--queue {} frames of --max-points {} need {} MB, more than half of this machine's {} MB; "
@@ -269,7 +268,7 @@ int serve(ServeOptions options) {
   const Log log("lbea-serve");
   catch_stop_signals();
   catch_trigger_signal();
-  raise_descriptor_limit();
+  system::raise_descriptor_limit();
   require_distinct_endpoints(endpoints_of(options));
   if (options.check) return check(options);
   const std::vector<ServedModel> models = open_models(options.model_files);
@@ -284,9 +283,9 @@ int serve(ServeOptions options) {
 
 int main(int argc, char** argv) {
   lbea::tool::ServeOptions options;
-  lbea::tool::Tool tool(
-      "lbea-serve", lbea::tool::description,
-      "lbea-serve rail.lbea --frames ipc:///tmp/frames.ipc --results tcp://127.0.0.1:5556 --pose sensor.json");
+  lbea::tool::Tool tool("lbea-serve", lbea::tool::description,
+                        "lbea-serve rail.lbea --frames " + lbea::wire::example_endpoint("frames", 5555) +
+                            " --results tcp://127.0.0.1:5556 --pose sensor.json");
   lbea::tool::add_options(tool, options);
   return tool.run(argc, argv, [&] { return lbea::tool::serve(options); });
 }

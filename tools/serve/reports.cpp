@@ -1,15 +1,13 @@
 #include "tools/serve/reports.hpp"
 
 #include "adapters/http/metrics.hpp"
+#include "tools/shared/cli/process.hpp"
 #include "tools/shared/intake/log.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-
-#include <unistd.h>
 
 namespace lbea::tool {
 namespace {
@@ -130,18 +128,13 @@ void write_channels(http::MetricsText& page, const Pipeline& pipeline) {
 }
 
 void write_process(http::MetricsText& page) {
-  std::uint64_t pages = 0, resident = 0, descriptors = 0;
-  std::ifstream("/proc/self/statm") >> pages >> resident;
-  std::error_code ignored;
-  for (auto entry = std::filesystem::directory_iterator("/proc/self/fd", ignored);
-       entry != std::filesystem::directory_iterator(); entry.increment(ignored))
-    ++descriptors;
+  const ProcessUse use = process_use();
   page.metric("lbea_log_lines_lost_total", "counter", "Lines of the log that nobody read or that could not be written")
       .value(lost_log_lines());
   page.metric("process_resident_memory_bytes", "gauge", "Memory in use")
-      .value(resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)))
+      .value(use.resident_bytes)
       .metric("process_open_fds", "gauge", "Open descriptors")
-      .value(descriptors);
+      .value(use.descriptors);
 }
 
 template <class Visit>

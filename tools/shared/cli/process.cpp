@@ -1,6 +1,8 @@
 #include "tools/shared/cli/process.hpp"
 
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 
 #include <poll.h>
 #include <unistd.h>
@@ -29,6 +31,16 @@ std::vector<std::string> arguments_of(int argc, char** argv) { return {argv + (a
 bool lost_its_reader() {
   pollfd out{STDOUT_FILENO, POLLOUT, 0};
   return ::poll(&out, 1, 0) > 0 && (out.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+ProcessUse process_use() {
+  std::uint64_t pages = 0, resident = 0, descriptors = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  std::error_code ignored;
+  for (auto entry = std::filesystem::directory_iterator("/proc/self/fd", ignored);
+       entry != std::filesystem::directory_iterator(); entry.increment(ignored))
+    ++descriptors;
+  return {resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)), descriptors};
 }
 
 void end_process(std::string_view sentence) noexcept {
