@@ -15,7 +15,8 @@ int make_keys(const std::filesystem::path& base, std::string name) {
   if (name.empty()) name = base.filename().string();
   const wire::CurveKeyPair keys = wire::generate_key_pair();
   wire::write_key_pair(base, keys, name);
-  std::printf("%s.key (secret) and %s.pub: %s\n", base.c_str(), base.c_str(), keys.public_key.c_str());
+  const std::string text = base.string();
+  std::printf("%s.key (secret) and %s.pub: %s\n", text.c_str(), text.c_str(), keys.public_key.c_str());
   return exit_ok;
 }
 

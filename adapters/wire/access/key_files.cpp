@@ -1,6 +1,5 @@
 #include "adapters/wire/access/key_files.hpp"
 
-#include "adapters/wire/access/keys.hpp"
 #include "runtime/src/model/descriptor.hpp"
 
 #include <lbea/lbea.hpp>
@@ -22,19 +21,6 @@ void check_rights(const std::filesystem::path& file, const struct stat& found, b
     refuse_key_file(file,
                     "anybody may change these public keys, and with them who may connect; chmod o-w " + file.string());
 }
-
-void write_file(const std::filesystem::path& file, const std::string& text, mode_t mode) {
-  const Descriptor open(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode));
-  if (open.value() < 0)
-    throw Error{Status::write_failed,
-                file.string() + ": " +
-                    (errno == EEXIST ? "exists; keys are never overwritten, choose another name"
-                                     : std::string("cannot be written (") + std::strerror(errno) + ")")};
-  const ssize_t written = ::write(open.value(), text.data(), text.size());
-  if (written == static_cast<ssize_t>(text.size()) && ::fsync(open.value()) == 0) return;
-  ::unlink(file.c_str());
-  throw Error{Status::write_failed, file.string() + ": cannot be written (" + std::strerror(errno) + ")"};
-}
 }  // namespace
 
 std::string read_key_file(const std::filesystem::path& file, bool is_secret) {
@@ -54,20 +40,17 @@ std::string read_key_file(const std::filesystem::path& file, bool is_secret) {
   return text;
 }
 
-void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys, const std::string& name) {
-  if (name.empty() || name.find_first_of(" \t\r\n") != std::string::npos)
-    throw Error{Status::bad_config, "\"" + name + "\": a key's name is one word"};
-  const std::string public_line = std::string(public_kind) + " " + keys.public_key + " " + name + "\n";
-  const std::filesystem::path secret_file = base.string() + ".key", public_file = base.string() + ".pub";
-  write_file(secret_file,
-             "# secret: stays on the machine it was made for\n" + std::string(secret_kind) + " " + keys.secret_key +
-                 " " + name + "\n" + public_line,
-             0600);
-  try {
-    write_file(public_file, public_line, 0644);
-  } catch (...) {
-    ::unlink(secret_file.c_str());
-    throw;
-  }
+void write_key_file(const std::filesystem::path& file, const std::string& text, bool is_secret) {
+  const mode_t mode = is_secret ? 0600 : 0644;
+  const Descriptor open(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode));
+  if (open.value() < 0)
+    throw Error{Status::write_failed,
+                file.string() + ": " +
+                    (errno == EEXIST ? "exists; keys are never overwritten, choose another name"
+                                     : std::string("cannot be written (") + std::strerror(errno) + ")")};
+  const ssize_t written = ::write(open.value(), text.data(), text.size());
+  if (written == static_cast<ssize_t>(text.size()) && ::fsync(open.value()) == 0) return;
+  ::unlink(file.c_str());
+  throw Error{Status::write_failed, file.string() + ": cannot be written (" + std::strerror(errno) + ")"};
 }
 }  // namespace lbea::wire

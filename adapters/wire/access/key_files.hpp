@@ -17,4 +17,7 @@ void check_key_text(const std::filesystem::path& file, const std::string& text, 
 /// Throws Error{file_not_found | bad_config}, also when other users may read a secret key or anybody may change public
 /// ones.
 [[nodiscard]] std::string read_key_file(const std::filesystem::path& file, bool is_secret);
+
+/// Writes a new file to the disk, a secret one for its user alone. Throws Error{write_failed}, also when it exists.
+void write_key_file(const std::filesystem::path& file, const std::string& text, bool is_secret);
 }  // namespace lbea::wire

@@ -5,6 +5,7 @@
 #include <lbea/lbea.hpp>
 
 #include <sstream>
+#include <system_error>
 
 #include <zmq.h>
 
@@ -77,6 +78,24 @@ CurveKeyPair read_key_pair(const std::filesystem::path& file) {
     refuse_key_file(file, "its secret and public key do not belong together; make a new pair with lbea-keygen");
   keys.public_key = derived.data();
   return keys;
+}
+
+void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys, const std::string& name) {
+  if (name.empty() || name.find_first_of(" \t\r\n") != std::string::npos)
+    throw Error{Status::bad_config, "\"" + name + "\": a key's name is one word"};
+  const std::string public_line = std::string(public_kind) + " " + keys.public_key + " " + name + "\n";
+  const std::filesystem::path secret_file = base.string() + ".key", public_file = base.string() + ".pub";
+  write_key_file(secret_file,
+                 "# secret: stays on the machine it was made for\n" + std::string(secret_kind) + " " + keys.secret_key +
+                     " " + name + "\n" + public_line,
+                 true);
+  try {
+    write_key_file(public_file, public_line, false);
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove(secret_file, ignored);
+    throw;
+  }
 }
 
 std::vector<AllowedPeer> read_public_keys(const std::filesystem::path& file) {
