@@ -1,5 +1,6 @@
 #include "tools/serve/command_line.hpp"
 
+#include "adapters/files/file_names.hpp"
 #include "adapters/http/metrics.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/machine.hpp"
@@ -76,7 +77,7 @@ std::vector<ServedModel> check_models(Preflight& preflight, const ServeOptions& 
   const bool is_one = !options.has_several_components();
   for (const std::string& file : options.model_files)
     preflight.check(is_one ? "model" : "model " + component_name(file), [&] {
-      models.push_back({component_name(file), file, Model::open(file)});
+      models.push_back({component_name(file), file, Model::open(io::path_of(file))});
       return describe(models.back().model, file);
     });
   if (models.size() != options.model_files.size()) return {};
@@ -169,7 +170,7 @@ int check(ServeOptions options) {
   for (Finding& finding : system::check_descriptors()) preflight.add(std::move(finding));
   if (records) {
     preflight.check("record", [&] { return check_recording(options.recording), options.recording.file; });
-    const auto folder = std::filesystem::absolute(options.recording.file).parent_path();
+    const auto folder = std::filesystem::absolute(io::path_of(options.recording.file)).parent_path();
     preflight.add(check_disk(folder, probe_bytes));
   }
   std::printf("%s\n", (options.json ? preflight.to_json() : preflight.to_text()).c_str());

@@ -1,5 +1,6 @@
 #include "tools/serve/components.hpp"
 
+#include "adapters/files/file_names.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/matching/assembled_views.hpp"
 
@@ -38,7 +39,7 @@ std::vector<ServedModel> open_models(const std::vector<std::string>& files) {
   static_cast<void>(component_names(files));
   std::vector<ServedModel> models;
   for (const std::string& file : files) {
-    const ServedModel served{component_name(file), file, Model::open(file)};
+    const ServedModel served{component_name(file), file, Model::open(io::path_of(file))};
     require_beside(served, models);
     models.push_back(served);
   }

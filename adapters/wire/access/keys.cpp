@@ -84,7 +84,9 @@ void write_key_pair(const std::filesystem::path& base, const CurveKeyPair& keys,
   if (name.empty() || name.find_first_of(" \t\r\n") != std::string::npos)
     throw Error{Status::bad_config, "\"" + name + "\": a key's name is one word"};
   const std::string public_line = std::string(public_kind) + " " + keys.public_key + " " + name + "\n";
-  const std::filesystem::path secret_file = base.string() + ".key", public_file = base.string() + ".pub";
+  std::filesystem::path secret_file = base, public_file = base;
+  secret_file += ".key";
+  public_file += ".pub";
   write_key_file(secret_file,
                  "# secret: stays on the machine it was made for\n" + std::string(secret_kind) + " " + keys.secret_key +
                      " " + name + "\n" + public_line,

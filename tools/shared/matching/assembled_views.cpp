@@ -1,5 +1,6 @@
 #include "tools/shared/matching/assembled_views.hpp"
 
+#include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
@@ -88,7 +89,7 @@ std::optional<bake::StereoSensor> sensor_of(const std::string& sensor_json, cons
                                             std::string_view length_unit) {
   if (sensor_json.empty()) return {};
   try {
-    return io::parse_sensor_json(sensor_json, name, length_unit).sensor;
+    return io::parse_sensor_json(sensor_json, io::path_of(name), length_unit).sensor;
   } catch (const Error& error) {
     spdlog::warn("frames are matched as if they showed each component alone, because {}", error.what());
     return {};

@@ -1,10 +1,12 @@
 #include "tools/shared/matching/component_engine.hpp"
 
+#include "adapters/files/file_names.hpp"
+
 #include <algorithm>
 
 namespace lbea::tool {
 
-std::string component_name(const std::filesystem::path& model_file) { return model_file.stem().string(); }
+std::string component_name(std::string_view model_file) { return io::path_of(model_file).stem().string(); }
 
 std::vector<std::vector<std::size_t>> coupled(const std::vector<ComponentModel>& components) {
   std::vector<std::vector<std::size_t>> groups;

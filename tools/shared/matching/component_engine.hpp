@@ -27,7 +27,7 @@ class ComponentEngine {
 };
 
 /// A component is named after its model's file, without folder and extension.
-[[nodiscard]] std::string component_name(const std::filesystem::path& model_file);
+[[nodiscard]] std::string component_name(std::string_view model_file);
 
 /// A component with its model.
 struct ComponentModel {

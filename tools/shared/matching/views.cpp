@@ -1,5 +1,6 @@
 #include "tools/shared/matching/views.hpp"
 
+#include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
@@ -56,7 +57,7 @@ SensorViews views_for(const MatcherConfig& config, const Model& model, const std
             ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
             : "the model's depth images were rendered for another pose; give this rig's with --pose sensor.json");
   spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
-  return rendered(model, io::parse_sensor_json(sensor_json, name).sensor);
+  return rendered(model, io::parse_sensor_json(sensor_json, io::path_of(name)).sensor);
 }
 
 }  // namespace lbea::tool

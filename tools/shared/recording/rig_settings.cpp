@@ -1,6 +1,7 @@
 #include "tools/shared/recording/rig_settings.hpp"
 
 #include "adapters/files/atomic_file.hpp"
+#include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -21,7 +22,7 @@ void assign(std::vector<NamedRig>& rigs, const std::vector<std::string>& texts, 
 }
 
 void require_file(const std::string& file) {
-  if (!std::filesystem::is_regular_file(file)) throw WrongUsage("--pose: " + file + " is not a file");
+  if (!std::filesystem::is_regular_file(io::path_of(file))) throw WrongUsage("--pose: " + file + " is not a file");
 }
 
 void set_offset(NamedRig& rig, const std::string& value) {
@@ -53,8 +54,9 @@ std::vector<NamedRig> read_rigs(const RigOptions& options) {
 void read_poses(std::vector<NamedRig>& rigs, std::string_view length_unit) {
   for (NamedRig& rig : rigs) {
     if (rig.pose_file.empty()) continue;
-    rig.T_reference_sensor = io::read_pose(rig.pose_file, length_unit);
-    rig.sensor_json = io::as_text(io::read_file(rig.pose_file));
+    const std::filesystem::path file = io::path_of(rig.pose_file);
+    rig.T_reference_sensor = io::read_pose(file, length_unit);
+    rig.sensor_json = io::as_text(io::read_file(file));
   }
 }
 
