@@ -6,22 +6,10 @@ host=$1 name=lbea-send
 shift
 windows=("$@")
 . "$(dirname "$0")/support.sh"
-cc -O1 "$project/docs/examples/subscribe.c" -I"$project/adapters/wire/include" -I"$project/runtime/include" \
-  -L"$host/adapters/wire" -llbea-wire -Wl,-rpath,"$host/adapters/wire" -o "$work/subscribe"
+make_subscriber
 make_keys
 folder="$work/Tür 2" # also with a blank
 cp -r "$clouds" "$folder"
-
-# Until somebody is connected, and a little longer, for a subscription.
-wait_for_peer() { # endpoint
-  local port
-  port=$(printf ':%04X' "${1##*:}")
-  for _ in $(seq 200); do
-    awk -v port="$port" 'substr($2, 9) == port && $4 == "01" { found = 1 } END { exit !found }' /proc/net/tcp && break
-    sleep 0.05
-  done
-  sleep 0.3
-}
 
 # The frames by one program; what lbea-serve publishes goes to a file.
 send_by() { # file, keys of lbea-serve, keys of the clients, program

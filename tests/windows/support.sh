@@ -1,5 +1,5 @@
 # For the tests of the programs for Windows: compared with those of the build for this machine (HOST_BUILD), and with its
-# lbea-serve at the other end. The scripts set `host`, `windows` (the emulator and the program) and `name`.
+# programs at the other end. The scripts set `host`, `windows` (the emulator and the program) and `name`.
 export LC_ALL=C.UTF-8 # the emulator reads file names by it
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 sensor=$project/tests/data/rail-demo/sensor.json model=$host/demo/rail.lbea clouds=$host/demo/frames
@@ -11,6 +11,10 @@ done
 work=$(mktemp -d)
 server= recorder=
 trap 'for process in $server $recorder; do kill -9 "$process" 2>/dev/null || true; done; rm -rf "$work"' EXIT
+# While a program runs in the emulator, others start in a second instead of several.
+mkfifo "$work/idle"
+"${windows[@]::${#windows[@]}-1}" cmd.exe /c pause <"$work/idle" >/dev/null 2>&1 &
+exec 9>"$work/idle"
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 wait_until_ready() { # log, process, name
   for _ in $(seq 600); do
@@ -22,17 +26,18 @@ wait_until_ready() { # log, process, name
 count=$(find "$clouds" -name '*.ply' | wc -l)
 make_keys() { for key in matcher camera; do "$host/tools/keygen/lbea-keygen" "$work/$key" >/dev/null; done; }
 
-# lbea-serve with any ports; sets `frames` and `results`.
-serve() { # arguments
+# A matcher with any ports; sets `frames` and `results`.
+matcher=("$host/tools/serve/lbea-serve")
+serve() { serve_rigs --pose "$sensor" --frames "tcp://127.0.0.1:*" "$@"; }
+serve_rigs() { # arguments
   : >"$work/log" # of an earlier one
-  "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" \
-    --queue 64 --json "$@" >"$work/tally" 2>"$work/log" &
+  "${matcher[@]}" "$model" --results "tcp://127.0.0.1:*" --queue 64 --json "$@" >"$work/tally" 2>"$work/log" &
   server=$!
   wait_until_ready "$work/log" "$server" lbea-serve
-  frames=$(sed -n 's/.*frames on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
+  frames=$(sed -n 's/.*ready: frames[^,]* on \([^, ]*\).*/\1/p' "$work/log")
   results=$(sed -n 's/.*results on \([^, ]*\).*/\1/p' "$work/log" | head -n 1)
 }
-# Ends it; every one of so many captures must have been matched.
+# Ctrl-C; every one of so many captures must have been matched.
 stop_serving() { # captures
   kill -INT "$server"
   wait "$server" || fail "lbea-serve lost frames:" "$(cat "$work/tally" "$work/log")"
@@ -40,6 +45,21 @@ stop_serving() { # captures
   for part in "\"captured\":$1,\"received\":$1," "\"matched\":$1,"; do
     grep -qF "$part" "$work/tally" || fail "lbea-serve did not count $part" "$(cat "$work/tally")"
   done
+}
+
+make_subscriber() {
+  cc -O1 "$project/docs/examples/subscribe.c" -I"$project/adapters/wire/include" -I"$project/runtime/include" \
+    -L"$host/adapters/wire" -llbea-wire -Wl,-rpath,"$host/adapters/wire" -o "$work/subscribe"
+}
+# Until somebody is connected, and a little longer, for a subscription.
+wait_for_peer() { # endpoint
+  local port
+  port=$(printf ':%04X' "${1##*:}")
+  for _ in $(seq 200); do
+    awk -v port="$port" 'substr($2, 9) == port && $4 == "01" { found = 1 } END { exit !found }' /proc/net/tcp && break
+    sleep 0.05
+  done
+  sleep 0.3
 }
 
 # The program for Windows must print what the one for this machine prints, and end with the same exit code, which must

@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# lbea-serve.exe matches what lbea-send on this machine sends: the results are those of lbea-serve on this machine, to the
+# last bit, for every method, rendered samples and several rigs.
+#   serve.sh HOST_BUILD EMULATOR... PROGRAM
+set -euo pipefail
+host=$1 name=lbea-serve
+shift
+windows=("$@")
+. "$(dirname "$0")/support.sh"
+make_subscriber
+make_keys
+matcher=("${windows[@]}")
+folder="$work/Prüfstand 1"
+mkdir "$folder"
+cp "$model" "$folder/Träger.lbea"
+model="$folder/Träger.lbea"
+
+send() { # clouds, arguments
+  "$host/tools/send/lbea-send" "$@" >"$work/sent" 2>&1 || fail "lbea-send:" "$(cat "$work/sent")"
+}
+# Matches the recorded frames on this machine, with the recorded settings.
+check_recording() { # file, results
+  [ ! -e "$1.partial" ] || fail "the partial file remains"
+  "$host/tools/replay/lbea-replay" "$1" --model "$model" --against >"$work/replayed" 2>&1 || fail "$(cat "$work/replayed")"
+  grep -q "^$2 results the same, 0 different" "$work/replayed" || fail "not $2 results:" "$(cat "$work/replayed")"
+}
+record() { # file, arguments: for `serve`
+  serve --record "$1" --record-memory 16 "${@:2}"
+}
+
+# What is published, with keys on both sides; beside it all that has a socket of its own.
+publish() { # file, arguments
+  local subscriber
+  serve --key "$work/matcher.key" --allow "$work/camera.pub" "${@:2}"
+  "$work/subscribe" "$results" "$work/matcher.pub" "$work/camera.key" >"$1" 2>"$work/account" &
+  subscriber=$!
+  wait_for_peer "$results"
+  send "$clouds" --to "$frames" --results "$results" --server-key "$work/matcher.pub" --key "$work/camera.key"
+  wait "$subscriber" || fail "results are lost:" "$(cat "$work/account")"
+}
+publish "$work/windows" --record "$folder/veröffentlicht.mcap" --record-memory 16 --record-compression zstd \
+  --metrics 127.0.0.1:0 --preview "tcp://127.0.0.1:*" --infer plastic_strain --inference "tcp://127.0.0.1:*"
+metrics=$(curl -sS "$(sed -n 's/.*metrics on //p' "$work/log")")
+for line in "lbea_frames_total{fate=\"matched\",status=\"ok\"} $count" 'process_resident_memory_bytes [1-9]'; do
+  grep -q "^$line" <<<"$metrics" || fail "the metrics lack $line:" "$metrics"
+done
+stop_serving "$count"
+cp "$work/tally" "$work/windows_tally"
+check_recording "$folder/veröffentlicht.mcap" "$count"
+matcher=("$linux")
+publish "$work/linux" --record "$work/published.mcap" --record-memory 16
+stop_serving "$count"
+matcher=("${windows[@]}")
+diff "$work/linux" "$work/windows" || fail "other results are published"
+diff "$work/tally" "$work/windows_tally" || fail "frames are accounted for otherwise"
+
+for method in lbea vtp; do
+  record "$work/$method.mcap" --method $method --matchers 2
+  send "$clouds" --to "$frames"
+  stop_serving "$count"
+  check_recording "$work/$method.mcap" "$count"
+done
+
+# A rig that hangs upside down, for which the samples are rendered at the start.
+/usr/bin/python3 - "$sensor" "$clouds" "$work/turned" <<'PYTHON'
+import json, pathlib, struct, sys
+
+sensor, clouds, out = map(pathlib.Path, sys.argv[1:])
+def product(a, b): return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+def inverse(T):
+    R = [[T[j][i] for j in range(3)] for i in range(3)]
+    return [R[i] + [-sum(R[i][k] * T[k][3] for k in range(3))] for i in range(3)] + [T[3]]
+rig = json.loads(sensor.read_text())
+half_turn = [[-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+left, right = [T[:3] + [[0, 0, 0, 1]] for T in (rig["T_reference_sensor"], rig["sensor"]["T_reference_right"])]
+turned = product(right, half_turn)  # the right eye becomes the left one
+rig["T_reference_sensor"], rig["sensor"]["T_reference_right"] = turned[:3], product(left, half_turn)[:3]
+T = product(inverse(turned), left)
+out.mkdir()
+(out / "sensor.json").write_text(json.dumps(rig))
+for cloud in sorted(clouds.glob("*.ply"))[::4]:
+    header, points = cloud.read_bytes().split(b"end_header\n", 1)
+    moved = [struct.pack("<3f", *(r[0] * x + r[1] * y + r[2] * z + r[3] for r in T[:3])) for x, y, z in struct.iter_unpack("<3f", points)]
+    (out / cloud.name).write_bytes(header + b"end_header\n" + b"".join(moved))
+PYTHON
+turned=$(find "$work/turned" -name '*.ply' | wc -l)
+sensor=$work/turned/sensor.json record "$work/turned.mcap" --method fit
+grep -q 'rendering .* samples' "$work/log" || fail "the model's images were used for a rig that hangs upside down"
+send "$work/turned" --to "$frames"
+stop_serving "$turned"
+check_recording "$work/turned.mcap" "$turned"
+
+echo "$count frames by each method: the bits of this machine"
