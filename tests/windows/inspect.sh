@@ -7,8 +7,6 @@ shift
 windows=("$@")
 . "$(dirname "$0")/support.sh"
 
-damage() { printf '\377\376\375\374' | dd of="$1" bs=1 seek="$(($(stat -c %s "$1") / 2))" conv=notrunc status=none; }
-
 folder="$work/Prüfstand 1"
 mkdir "$folder"
 cp "$model" "$folder/Träger.lbea"

@@ -8,8 +8,11 @@ shift
 windows=("$@")
 . "$(dirname "$0")/support.sh"
 make_subscriber
-make_keys
 matcher=("${windows[@]}")
+for key in matcher camera; do
+  "${windows[@]::${#windows[@]}-1}" "$(dirname "${windows[-1]}")/lbea-keygen.exe" "$work/$key" >"$work/printed"
+done
+chmod 600 "$work"/*.key # the emulator lets the group read them
 folder="$work/Prüfstand 1"
 mkdir "$folder"
 cp "$model" "$folder/Träger.lbea"
@@ -78,7 +81,7 @@ rig["T_reference_sensor"], rig["sensor"]["T_reference_right"] = turned[:3], prod
 T = product(inverse(turned), left)
 out.mkdir()
 (out / "sensor.json").write_text(json.dumps(rig))
-for cloud in sorted(clouds.glob("*.ply"))[::4]:
+for cloud in sorted(clouds.glob("*.ply"))[::7]:
     header, points = cloud.read_bytes().split(b"end_header\n", 1)
     moved = [struct.pack("<3f", *(r[0] * x + r[1] * y + r[2] * z + r[3] for r in T[:3])) for x, y, z in struct.iter_unpack("<3f", points)]
     (out / cloud.name).write_bytes(header + b"end_header\n" + b"".join(moved))
@@ -90,4 +93,55 @@ send "$work/turned" --to "$frames"
 stop_serving "$turned"
 check_recording "$work/turned.mcap" "$turned"
 
-echo "$count frames by each method: the bits of this machine"
+# Two rigs at the same place: their frames are fitted together.
+tcp="tcp://127.0.0.1:*"
+serve_rigs --pose "left=$sensor" --pose "right=$sensor" --frames "left=$tcp" --frames "right=$tcp" --wait-us 1000000 \
+  --record "$work/rigs.mcap" --record-memory 16
+senders=()
+for rig in left right; do
+  of_rig=$(sed -n "s/.*ready: .*frames of $rig on \([^, ]*\).*/\1/p" "$work/log")
+  "$host/tools/send/lbea-send" "$clouds" --to "$of_rig" --rate 20 >"$work/sent_$rig" 2>&1 &
+  senders+=($!)
+done
+for sender in "${senders[@]}"; do wait "$sender" || fail "lbea-send:" "$(cat "$work"/sent_*)"; done
+stop_serving $((2 * count))
+check_recording "$work/rigs.mcap" "$count"
+
+# The exit code when every frame is rejected.
+reject() { # file
+  local code=0
+  serve --max-points 10
+  send "$clouds" --to "$frames"
+  kill -INT "$server"
+  wait "$server" || code=$?
+  server=
+  [ "$code" -eq 1 ] || fail "exit code $code with all frames rejected"
+  cp "$work/tally" "$1"
+}
+reject "$work/windows"
+matcher=("$linux")
+reject "$work/linux"
+diff "$work/linux" "$work/windows" || fail "rejected frames are accounted for otherwise"
+
+# What cannot work ends as on this machine, with the same words.
+endpoints=(--frames "$tcp" --results "$tcp")
+cp "$model" "$folder/damaged ß.lbea"
+damage "$folder/damaged ß.lbea"
+check_same 1 "$folder/damaged ß.lbea" "${endpoints[@]}"
+check_same 2 "$model" "${endpoints[@]}" --pose "$folder/fehlt ü.json"
+check_same 2 "$model" --frames "$tcp"
+refuse() { # what it must print, arguments
+  local code=0
+  "${windows[@]}" "$model" "${@:2}" >"$work/out" 2>&1 || code=$?
+  [ "$code" -eq 1 ] && grep -q "$1" "$work/out" || fail "exit code $code: $(cat "$work/out")"
+}
+refuse 'write tcp://127.0.0.1:5555' --frames "ipc://$work/frames" --results "$tcp"
+refuse '^failed *frames ' --frames "tcp://0.0.0.0:*" --results "$tcp" --check
+"${windows[@]}" "$model" "${endpoints[@]}" --pose "$sensor" --record "$folder/geprüft.mcap" --pin 0 --realtime 1 \
+  --lock-memory --check --json >"$work/out" || fail "--check failed:" "$(cat "$work/out")"
+for part in '"passed":true' 'the matching thread runs on processor 0' 'highest priority' 'stay in RAM' "MB/s" ; do
+  grep -qF "$part" "$work/out" || fail "--check does not print $part:" "$(cat "$work/out")"
+done
+[ -z "$(find "$folder" -name '*geprüft*' -o -name '.lbea*')" ] || fail "--check leaves files"
+! "${windows[@]}" --help | grep 'ipc:\|SIGUSR1\|SCHED_FIFO' || fail "--help names what Windows does not have"
+echo "$count frames by each method, for another pose and of two rigs: the bits of this machine"

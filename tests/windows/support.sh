@@ -18,11 +18,13 @@ exec 9>"$work/idle"
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 wait_until_ready() { # log, process, name
   for _ in $(seq 600); do
-    grep -q 'ready: frames on ' "$1" && return
+    grep -q 'ready: frames ' "$1" && return
     kill -0 "$2" 2>/dev/null || fail "$3 ended:" "$(cat "$1")"
     sleep 0.1
   done
+  fail "$3 is not ready:" "$(cat "$1")"
 }
+damage() { printf '\377\376\375\374' | dd of="$1" bs=1 seek="$(($(stat -c %s "$1") / 2))" conv=notrunc status=none; }
 count=$(find "$clouds" -name '*.ply' | wc -l)
 make_keys() { for key in matcher camera; do "$host/tools/keygen/lbea-keygen" "$work/$key" >/dev/null; done; }
 
