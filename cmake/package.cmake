@@ -18,7 +18,8 @@ if(CMAKE_CROSSCOMPILING)
     install(FILES ${PROJECT_BINARY_DIR}/third_party/sodium/libsodium-1.0.18/LICENSE DESTINATION . RENAME license-libsodium.txt)
   endif()
   if(TARGET lbea-send)  # its libraries, of which only headers are used, or which Debian has built
-    foreach(package libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libz-mingw-w64-dev)
+    foreach(package libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libz-mingw-w64-dev libboost1.74-dev libeigen3-dev
+                    libflatbuffers-dev libxxhash-dev cppzmq-dev)
       if(EXISTS /usr/share/doc/${package}/copyright)
         install(FILES /usr/share/doc/${package}/copyright DESTINATION . RENAME license-${package}.txt)
       endif()
