@@ -30,6 +30,11 @@ using Field = beast::http::field;
 
 constexpr auto handshake_timeout = 5s;
 constexpr auto accept_pause = 100ms;  // after a failed accept, for example when descriptors have run out
+#ifdef _WIN32
+constexpr bool reuses_address = false;  // SO_REUSEADDR would let a second program take the port over
+#else
+constexpr bool reuses_address = true;  // after the end of an earlier program
+#endif
 
 std::string_view to_std(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -228,7 +233,7 @@ bool Shared::make_room() {
 tcp::acceptor bind(asio::io_context& io, const Address& address) {
   const tcp::endpoint endpoint(asio::ip::make_address(address.host), address.port);
   try {
-    return {io, endpoint};
+    return {io, endpoint, reuses_address};
   } catch (const boost::system::system_error& error) {
     throw Error(Status::endpoint_unavailable, "cannot serve HTTP on " + to_string(address) + " (" +
                                                   error.code().message() +
