@@ -3,23 +3,45 @@
 
 #include "tools/serve/pipeline/pipeline_queues.hpp"
 
+#ifdef _WIN32
+#include <condition_variable>
+#include <mutex>
+#endif
+
 namespace lbea::tool {
 
 /// Lets threads that work side by side go on one after the other, by their numbers.
 class Turns {
  public:
+#ifdef _WIN32  // see barrier.hpp
+  void wait_for(std::uint64_t turn) const noexcept {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return ended_ == turn; });
+  }
+#else
   void wait_for(std::uint64_t turn) const noexcept {
     for (std::uint64_t ended = ended_; ended != turn; ended = ended_) ended_.wait(ended);
   }
+#endif
   /// Only by the thread whose turn it is.
   void end_turn() noexcept {
+#ifdef _WIN32
+    const std::lock_guard lock(mutex_);
+    ++ended_;
+    changed_.notify_all();
+#else
     ++ended_;
     ended_.notify_all();
+#endif
   }
   [[nodiscard]] std::uint64_t ended() const noexcept { return ended_; }
 
  private:
   std::atomic<std::uint64_t> ended_{0};
+#ifdef _WIN32
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+#endif
 };
 
 /// Each thread takes the oldest frame that no other has taken, and matches it beside theirs unless its result depends

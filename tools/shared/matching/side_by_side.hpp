@@ -1,7 +1,8 @@
 // Threads that do the parts of one piece of work at the same time.
 #pragma once
 
-#include <barrier>
+#include "tools/shared/matching/barrier.hpp"
+
 #include <cstddef>
 #include <functional>
 #include <thread>
@@ -30,7 +31,7 @@ class SideBySide {
 
   const Part* part_ = nullptr;  // null: the threads end
   std::size_t count_ = 0;
-  std::barrier<> begin_, end_;
+  Barrier begin_, end_;
   std::vector<std::thread> workers_;
 };
 
