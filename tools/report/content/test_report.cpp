@@ -138,7 +138,10 @@ TestReport make_report(const ReportOptions& options, const StageReporter& progre
   report.test = place_of(options, report.content);
   find_limits(report);
   study_frames(report, progress);
-  if (report.record() != nullptr) report.channels = study_channels(report.model, *report.record(), require_not_stopped);
+  if (report.record() != nullptr) {
+    report.channels = study_channels(report.model, *report.record(), require_not_stopped);
+    report.fields = compare_fields(report.model, report.frames, report.channels);
+  }
   explain(report);
   return report;
 }

@@ -4,6 +4,7 @@
 #include "tools/report/content/accounts.hpp"
 #include "tools/report/content/channels/channel_study.hpp"
 #include "tools/report/content/explanation.hpp"
+#include "tools/report/content/field_comparison.hpp"
 #include "tools/report/content/forecast_study.hpp"
 
 namespace lbea::tool {
@@ -32,6 +33,7 @@ struct TestReport {
   FrameStudy frames;
   ForecastStudy forecasts;
   ChannelStudy channels;
+  FieldComparison fields;
   RegionMap regions;
   Accounts accounts;
   bool is_own_match = false;  // the recording has no results, so its frames were matched for the report

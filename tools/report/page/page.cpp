@@ -41,9 +41,9 @@ std::string title_of(const TestReport& report) {
 
 std::string page_of(const TestReport& report) {
   std::string page = head_of(report) + title_of(report);
-  for (const auto section :
-       {answer_section, end_section, tests_section, pictures_section, forecast_section, parameters_section,
-        channels_section, curves_section, simulations_section, regions_section, accounts_section, origin_section})
+  for (const auto section : {answer_section, end_section, tests_section, pictures_section, forecast_section,
+                             parameters_section, channels_section, fields_section, curves_section, simulations_section,
+                             regions_section, accounts_section, origin_section})
     page += section(report);
   return page + "</main>\n</body>\n</html>\n";
 }

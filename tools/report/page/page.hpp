@@ -19,6 +19,7 @@ namespace lbea::tool {
 [[nodiscard]] std::string forecast_section(const TestReport& report);
 [[nodiscard]] std::string parameters_section(const TestReport& report);
 [[nodiscard]] std::string channels_section(const TestReport& report);
+[[nodiscard]] std::string fields_section(const TestReport& report);
 [[nodiscard]] std::string curves_section(const TestReport& report);
 [[nodiscard]] std::string simulations_section(const TestReport& report);
 [[nodiscard]] std::string regions_section(const TestReport& report);

@@ -132,6 +132,22 @@ Json rated_simulation_json(const TestReport& report) {
           {"impact_seconds", study.impact_s ? number(*study.impact_s) : Json(nullptr)}};
 }
 
+/// CWA 16799.
+Json fields_json(const TestReport& report) {
+  const FieldComparison& fields = report.fields;
+  if (fields.frames.empty()) return {{"not_compared_because", fields.why_not}};
+  Json frames = Json::array();
+  for (const ComparedFields& frame : fields.frames)
+    frames.push_back({{"seconds", number(frame.time_s)},
+                      {"coefficients", frame.differences.size()},
+                      {"within_two_u", frame.agreeing()},
+                      {"largest_difference", number(frame.differences[frame.largest()])},
+                      {"u", number(frame.uncertainty)},
+                      {"average_residual", number(frame.average_residual)},
+                      {"acceptable", frame.is_acceptable()}});
+  return {{"simulation", simulation_name(report.names, *report.channels.simulation)}, {"frames", std::move(frames)}};
+}
+
 /// After the last frame, and the error of the forecasts before.
 Json forecast_json(const TestReport& report) {
   const wire::WireForecast& last = report.forecast();
@@ -187,6 +203,7 @@ std::string summary_json(const TestReport& report) {
             {"channels", channels_json(report)},
             {"channels_rated_against", rated_simulation_json(report)},
             {"channel_frames_left_out", report.record() == nullptr ? 0 : report.record()->channels().left_out()},
+            {"displacements", fields_json(report)},
             {"frames", frames_json(report)},
             {"regions", regions_json(report)}};
   for (const RecordedTest& test : report.content.tests) json["tests"].push_back(test_json(report, test));

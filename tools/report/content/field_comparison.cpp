@@ -1,0 +1,124 @@
+#include "tools/report/content/field_comparison.hpp"
+
+#include "runtime/src/model/model_view.hpp"
+#include "tools/shared/matching/shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace lbea::tool {
+namespace {
+
+/// A simulation's states in the order of their times.
+std::vector<std::uint32_t> states_of(const Model& model, std::uint32_t simulation) {
+  std::vector<std::uint32_t> states;
+  for (std::uint32_t i = 0; i < model.samples(); ++i)
+    if (model.sample(i).simulation == simulation) states.push_back(i);
+  std::ranges::sort(states, {}, [&](std::uint32_t state) { return model.sample_time_s(state); });
+  return states;
+}
+
+/// At a time of the simulations, between two states; empty before the first and after the last one.
+Shape shape_at(const Model& model, std::span<const std::uint32_t> states, double time_s) {
+  const auto time_of_state = [&](std::uint32_t state) { return model.sample_time_s(state); };
+  const auto next = std::ranges::lower_bound(states, time_s, {}, time_of_state);
+  if (next == states.end()) return {};
+  if (time_of_state(*next) == time_s) return {{model.sample(*next), 1.0f}};
+  if (next == states.begin()) return {};
+  const double before_s = time_of_state(*(next - 1));
+  const auto share = static_cast<float>((time_s - before_s) / (time_of_state(*next) - before_s));
+  return {{model.sample(*(next - 1)), 1 - share}, {model.sample(*next), share}};
+}
+
+/// Displacements from the reference mesh, vertices x 3. positions: nodes x 3.
+std::vector<double> displacements(const Model& model, std::uint32_t reference, std::span<const float> positions) {
+  const auto nodes = model.vertex_nodes(reference);
+  const auto undeformed = model.vertex_positions(reference);
+  std::vector<double> field(undeformed.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      field[3 * i + k] = double{positions[3 * nodes[i] + k]} - double{undeformed[3 * i + k]};
+  return field;
+}
+
+ComparedFields compared(const Model& model, const SurfaceShapes& shapes, const StudiedFrame& frame,
+                        std::span<const float> simulated) {
+  const std::vector<double> test = displacements(model, shapes.reference(), frame.estimate);
+  const std::vector<double> of_test = shapes.coefficients(test),
+                            simulation = shapes.coefficients(displacements(model, shapes.reference(), simulated));
+  ComparedFields fields;
+  fields.time_s = frame.time_s;
+  fields.differences.resize(of_test.size());
+  std::ranges::transform(of_test, simulation, fields.differences.begin(), std::minus<>{});
+  fields.average_residual = shapes.average_residual(test, of_test);
+  fields.uncertainty =
+      std::hypot(double{frame.result.fit.error_90} / deviations_of_90_percent, fields.average_residual);
+  return fields;
+}
+
+}  // namespace
+
+SurfaceShapes::SurfaceShapes(const Model& model, std::uint32_t reference)
+    : reference_(reference), modes_(model.modes()) {
+  const ReferenceView& view = model.view().references[reference];
+  const std::size_t vertices = view.mass.size();
+  const double area = std::accumulate(view.mass.begin(), view.mass.end(), 0.0);
+  for (const double mass : view.mass) shares_.push_back(mass / area);
+  values_.reserve(modes_ * vertices);
+  for (std::size_t mode = 0; mode < modes_; ++mode)
+    for (std::size_t i = 0; i < vertices; ++i)  // a row of the projection is the eigenvector times the masses
+      values_.push_back(std::sqrt(area) * double{view.projection[mode * format::padded(vertices) + i]} / view.mass[i]);
+}
+
+std::vector<double> SurfaceShapes::coefficients(std::span<const double> field) const {
+  std::vector<double> sums(3 * modes_);
+  for (std::size_t mode = 0; mode < modes_; ++mode)
+    for (std::size_t i = 0; i < shares_.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        sums[3 * mode + k] += shares_[i] * values_[mode * shares_.size() + i] * field[3 * i + k];
+  return sums;
+}
+
+double SurfaceShapes::average_residual(std::span<const double> field, std::span<const double> coefficients) const {
+  std::vector<double> residual(field.begin(), field.end());
+  for (std::size_t mode = 0; mode < modes_; ++mode)
+    for (std::size_t i = 0; i < shares_.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        residual[3 * i + k] -= coefficients[3 * mode + k] * values_[mode * shares_.size() + i];
+  double squares = 0;
+  for (std::size_t i = 0; i < residual.size(); ++i) squares += shares_[i / 3] * residual[i] * residual[i];
+  return std::sqrt(squares);
+}
+
+std::size_t ComparedFields::agreeing() const noexcept {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      differences, [this](double difference) { return std::abs(difference) <= 2 * uncertainty; }));
+}
+
+std::size_t ComparedFields::largest() const noexcept {
+  const auto largest =
+      std::ranges::max_element(differences, {}, [](double difference) { return std::abs(difference); });
+  return static_cast<std::size_t>(largest - differences.begin());
+}
+
+FieldComparison compare_fields(const Model& model, const FrameStudy& frames, const ChannelStudy& channels) {
+  FieldComparison comparison;
+  if (!channels.simulation) return {{}, "no simulation explains the test"};
+  if (!channels.impact_s) return {{}, "the time of the impact is not known"};
+  const std::vector<std::uint32_t> states = states_of(model, *channels.simulation);
+  const double impact_s = model.sample_time_s(states.front());
+  std::optional<SurfaceShapes> shapes;
+  for (const StudiedFrame& frame : frames.frames) {
+    const Shape simulated = shape_at(model, states, impact_s + channels.since_impact(frame.time_s));
+    if (simulated.empty() || !std::isfinite(frame.result.fit.error_90)) continue;
+    const std::uint32_t reference = std::min(frame.result.reference, model.references() - 1);
+    if (!shapes || shapes->reference() != reference) shapes.emplace(model, reference);
+    comparison.frames.push_back(compared(model, *shapes, frame, positions_of(model, simulated)));
+  }
+  if (comparison.frames.empty()) comparison.why_not = "no frame after the impact has a bound of the estimate's error";
+  return comparison;
+}
+
+}  // namespace lbea::tool
