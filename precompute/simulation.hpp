@@ -4,6 +4,7 @@
 
 #include "runtime/src/channels/solver_history.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -58,6 +59,21 @@ struct SimulationHistory {
   [[nodiscard]] std::size_t size() const noexcept { return owner == HistoryOwner::run ? 1 : ids.size(); }
 };
 
+/// A history at the solver's own times, which ascend.
+struct HistorySeries {
+  std::vector<double> times, values;  // of equal size, in the solver's units
+
+  /// Linear between the times; before the first and after the last one as there. There must be one.
+  [[nodiscard]] double at(double time) const noexcept {
+    const auto next = std::ranges::lower_bound(times, time);
+    const auto place = static_cast<std::size_t>(next - times.begin());
+    if (next == times.end()) return values.back();
+    if (next == times.begin() || *next == time) return values[place];
+    const double share = (time - times[place - 1]) / (*next - times[place - 1]);
+    return values[place - 1] + share * (values[place] - values[place - 1]);
+  }
+};
+
 /// One stored state. Buffers are reused from read to read.
 struct SimulationState {
   double time_s = 0;
@@ -92,6 +108,8 @@ class SimulationReader {
   [[nodiscard]] virtual double history(std::uint32_t /*state*/, std::uint32_t /*place*/) {
     return std::numeric_limits<double>::quiet_NaN();
   }
+  /// The same at all times at which the solver wrote it; empty: at those of the states.
+  [[nodiscard]] virtual HistorySeries history_series(std::uint32_t /*place*/) { return {}; }
   /// The files the run consists of, in reading order. No other run has one of them.
   [[nodiscard]] virtual std::vector<std::filesystem::path> files() const = 0;
   /// Further files that those name as parts of themselves; other runs may do so, too.

@@ -31,6 +31,9 @@ std::unique_ptr<bake::SimulationReader> open_simulation(const std::filesystem::p
 /// element has no such value. An element is eroded when its own deletion word is 0 or, with deletion words per node,
 /// one of its nodes' is.
 ///
+/// Histories: the global values of the states, and those of the binout files beside it; see d3plot/binout.hpp. A
+/// damaged binout is not used, which remark() says.
+///
 /// A last state that the file cuts short (an interrupted run) is dropped; a cut anywhere else, decreasing times, and
 /// geometry that its file is too short for are refused. A database may have 0 states.
 /// Throws Error{file_not_found | bad_input | unsupported_input}; unsupported are compressed (FEMZIP), big-endian,

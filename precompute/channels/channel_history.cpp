@@ -50,16 +50,38 @@ std::uint32_t find_history(const SolverHistory& wanted, const std::vector<Simula
                  "; correct or remove the channel, or leave the run out");
 }
 
-/// In all states. value: of a state.
-template <class Value>
-std::vector<double> filtered(const PlannedChannel& channel, const SimulationReader& reader, const Value& value,
-                             double time_factor) {
-  std::vector<double> times, values;
+HistorySeries values_of_states(SimulationReader& reader, std::uint32_t place) {
+  HistorySeries series;
   for (std::uint32_t state = 0; state < reader.states(); ++state) {
-    times.push_back(reader.time_s(state) * time_factor);
-    values.push_back(value(state));
+    series.times.push_back(reader.time_s(state));
+    series.values.push_back(reader.history(state, place));
   }
-  return cfc_filtered_series(times, values, channel.cfc);
+  return series;
+}
+
+double checked(double number, const PlannedChannel& channel, const std::string& where) {
+  if (!format::is_measured(number))
+    throw Error(Status::bad_input, where + ": history '" + channel.history.text() +
+                                       "' is not finite or beyond 1e12, and channel '" + channel.name +
+                                       "' needs it; correct the run, leave it out or remove the channel");
+  return number;
+}
+
+/// Over all times at which the solver wrote it. where: the run.
+HistorySeries filtered(const PlannedChannel& channel, SimulationReader& reader, std::uint32_t place, double time_factor,
+                       const std::string& where) {
+  HistorySeries series = reader.history_series(place);
+  const bool is_of_states = series.times.empty();
+  if (is_of_states) series = values_of_states(reader, place);
+  std::vector<double> times_s;
+  for (std::size_t i = 0; i < series.times.size(); ++i) {
+    checked(series.values[i], channel, where + (is_of_states ? "state " : "value ") + std::to_string(i));
+    times_s.push_back(series.times[i] * time_factor);
+  }
+  try {
+    series.values = cfc_filtered_series(times_s, series.values, channel.cfc);
+  } catch (const Error& error) { throw Error(error.status, where + "channel '" + channel.name + "': " + error.what()); }
+  return series;
 }
 
 }  // namespace
@@ -81,25 +103,13 @@ std::vector<std::uint32_t> find_histories(const std::vector<SolverHistory>& chos
 std::vector<float> history_values(const PlannedChannel& channel, SimulationReader& reader, std::uint32_t place,
                                   std::span<const std::uint32_t> steps, double time_factor, const std::string& run) {
   const std::string where = "run " + run + ", ";
-  const auto checked = [&](std::uint32_t state, double number) {
-    if (!format::is_measured(number))
-      throw Error(Status::bad_input, where + "state " + std::to_string(state) + ": history '" + channel.history.text() +
-                                         "' is not finite or beyond 1e12, and channel '" + channel.name +
-                                         "' needs it; correct the run, leave it out or remove the channel");
-    return number;
-  };
-  const auto number = [&](std::uint32_t state) { return checked(state, reader.history(state, place)); };
-  std::vector<double> series;
-  try {
-    if (channel.cfc > 0) series = filtered(channel, reader, number, time_factor);
-  } catch (const Error& error) {
-    const std::string sentence = error.what();
-    throw Error(error.status,
-                sentence.starts_with(where) ? sentence : where + "channel '" + channel.name + "': " + sentence);
-  }
+  HistorySeries smooth;
+  if (channel.cfc > 0) smooth = filtered(channel, reader, place, time_factor, where);
   std::vector<float> values;
-  for (const std::uint32_t step : steps)
-    values.push_back(static_cast<float>(channel.cfc > 0 ? checked(step, series.at(step)) : number(step)));
+  for (const std::uint32_t step : steps) {
+    const double value = channel.cfc > 0 ? smooth.at(reader.time_s(step)) : reader.history(step, place);
+    values.push_back(static_cast<float>(checked(value, channel, where + "state " + std::to_string(step))));
+  }
   return values;
 }
 

@@ -18,6 +18,7 @@ class MappedRun final : public SimulationReader {
   const std::vector<SimulationField>& fields() const noexcept override { return run_->fields(); }
   std::vector<SimulationHistory> histories() const override { return run_->histories(); }
   double history(std::uint32_t state, std::uint32_t place) override { return run_->history(state, place); }
+  HistorySeries history_series(std::uint32_t place) override { return run_->history_series(place); }
   std::uint32_t states() const noexcept override { return run_->states(); }
   double time_s(std::uint32_t state) const override { return run_->time_s(state); }
   std::vector<std::filesystem::path> files() const override { return run_->files(); }

@@ -69,6 +69,32 @@ TEST_CASE("histories: with a class they are filtered over all states of the run"
   }
 }
 
+// Regression: they were filtered as sampled at the states, so that higher frequencies became lower ones.
+TEST_CASE("histories: with a class, those that the solver wrote more often are filtered at all their times") {
+  HistorySeries series;
+  for (int i = 0; i <= 2000; ++i) {  // 5 Hz, and 1980 Hz, which a state every 0.5 ms shows as 20 Hz
+    const double time = 0.0025 * i / 2000;
+    series.times.push_back(time);
+    series.values.push_back(std::sin(2 * M_PI * 5 * time) + std::sin(2 * M_PI * 1980 * time));
+  }
+  Ensemble ensemble = written_plates();
+  for (auto& run : ensemble.runs)
+    run.open = [&series] {
+      auto plate = std::make_unique<WrittenPlate>(bending_plate(final_angle(1), 6), 1, some_histories());
+      plate->set_series(series);
+      return plate;
+    };
+  const Baked baked(ensemble, with_histories({energy(600)}));
+  const std::vector<double> smooth = cfc_filtered_at(series.times, series.values, 600);
+  for (std::uint32_t s = 0; s < baked.model.samples(); ++s) {
+    const double time = 0.0005 * baked.model.sample(s).time_step;
+    CHECK(baked.model.channel_value(0, s) ==
+          doctest::Approx(HistorySeries{series.times, smooth}.at(time)).epsilon(1e-6));
+    if (time < 0.0025)  // the last value stays
+      CHECK(std::abs(double{baked.model.channel_value(0, s)} - std::sin(2 * M_PI * 5 * time)) < 0.1);
+  }
+}
+
 TEST_CASE("histories: of a run with another mesh they are its own") {
   Ensemble ensemble = written_plates();
   ensemble.runs[2].open = [] {

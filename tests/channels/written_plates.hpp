@@ -31,6 +31,9 @@ class WrittenPlate : public SyntheticSimulation {
                BadState bad = {})
       : SyntheticSimulation(plate), run_(run), histories_(std::move(histories)), bad_(bad) {}
   std::vector<SimulationHistory> histories() const override { return histories_; }
+  HistorySeries history_series(std::uint32_t) override { return series_; }
+  /// Of every history, as if the solver had written it apart from the states.
+  void set_series(HistorySeries series) { series_ = std::move(series); }
   double history(std::uint32_t state, std::uint32_t place) override {
     return state == bad_.state ? bad_.value : written(run_, state, place);
   }
@@ -39,6 +42,7 @@ class WrittenPlate : public SyntheticSimulation {
   std::uint32_t run_;
   std::vector<SimulationHistory> histories_;
   BadState bad_;
+  HistorySeries series_;
 };
 
 /// bent_plates() with histories. bad: of the last run.

@@ -1,5 +1,7 @@
 // Arbitrary bytes as the simulation file LBEA_FUZZ_FILE, beside the files of the folder LBEA_FUZZ_BESIDE, which it may
-// name as its parts: an lbea::Error, or a run with consistent mesh and states.
+// name as its parts or belong to (LBEA_FUZZ_RUN, opened instead): an lbea::Error, or a run with consistent mesh and
+// states.
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -12,6 +14,10 @@
 
 #include "adapters/simulation/open.hpp"
 #include "tools/shared/cli/scratch_folder.hpp"
+
+#ifndef LBEA_FUZZ_RUN
+#define LBEA_FUZZ_RUN LBEA_FUZZ_FILE
+#endif
 
 namespace {
 
@@ -50,6 +56,10 @@ void read_all(lbea::bake::SimulationReader& run) {
     for (const auto& field : state.fields) require(field.size() == mesh.elements.size());
     for (std::uint32_t place = 0; place < numbers; ++place) static_cast<void>(run.history(s, place));
   }
+  for (std::uint32_t place = 0; place < numbers; ++place) {
+    const lbea::bake::HistorySeries series = run.history_series(place);
+    require(series.times.size() == series.values.size() && std::ranges::is_sorted(series.times));
+  }
 }
 
 }  // namespace
@@ -60,7 +70,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::ofstream(file, std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   try {
-    read_all(*lbea::io::open_simulation(file));
+    read_all(*lbea::io::open_simulation(folder.path() / LBEA_FUZZ_RUN));
   } catch (const lbea::Error&) {
     // refused with a message
   }

@@ -1,3 +1,4 @@
+#include "adapters/simulation/d3plot/binout.hpp"
 #include "adapters/simulation/d3plot/database.hpp"
 #include "adapters/simulation/open.hpp"
 #include "adapters/simulation/surface.hpp"
@@ -20,6 +21,7 @@ class Reader final : public bake::SimulationReader {
     std::transform(stored_.begin(), stored_.end(), std::back_inserter(fields_), describe);
     // Without a state, nothing limits NGLBV.
     if (states() > 0) histories_ = stored_histories(database_.header, database_.geometry.part_ids);
+    open_binout(first_file);
     database_.geometry = {};
   }
 
@@ -37,15 +39,26 @@ class Reader final : public bake::SimulationReader {
     read_alive(at, into.alive);
     read_fields(at, into);
   }
-  [[nodiscard]] std::vector<bake::SimulationHistory> histories() const override { return histories_.histories; }
-  [[nodiscard]] double history(std::uint32_t state, std::uint32_t number) override {
-    if (number >= histories_.words.size())
-      throw Error{Status::bad_input, database_.family.front().string() + " has " +
-                                         std::to_string(histories_.words.size()) +
-                                         " numbers of histories per state; it changed while it was read, try again"};
-    return file_.real(place(state), histories_.words[number]);
+  /// Those of d3plot, then those of binout.
+  [[nodiscard]] std::vector<bake::SimulationHistory> histories() const override {
+    std::vector<bake::SimulationHistory> all = histories_.histories;
+    if (binout_) all.insert(all.end(), binout_->histories().begin(), binout_->histories().end());
+    return all;
   }
-  [[nodiscard]] std::vector<std::filesystem::path> files() const override { return database_.family; }
+  [[nodiscard]] double history(std::uint32_t state, std::uint32_t number) override {
+    const StatePlace& at = place(state);
+    if (const auto in_binout = place_in_binout(number)) return binout_->value(*in_binout, at.time_s);
+    return file_.real(at, histories_.words[number]);
+  }
+  [[nodiscard]] bake::HistorySeries history_series(std::uint32_t number) override {
+    const auto in_binout = place_in_binout(number);
+    return in_binout ? binout_->series(*in_binout) : bake::HistorySeries();
+  }
+  [[nodiscard]] std::vector<std::filesystem::path> files() const override {
+    std::vector<std::filesystem::path> all = database_.family;
+    if (binout_) std::ranges::copy(binout_->files(), std::back_inserter(all));
+    return all;
+  }
 
  private:
   [[nodiscard]] const StatePlace& place(std::uint32_t state) const {
@@ -53,6 +66,24 @@ class Reader final : public bake::SimulationReader {
       throw Error{Status::bad_input, database_.family.front().string() + " has " + std::to_string(states()) +
                                          " states; state " + std::to_string(state) + " does not exist"};
     return database_.states[state];
+  }
+
+  /// A run can be read without its binout.
+  void open_binout(const std::filesystem::path& first_file) {
+    try {
+      binout_.emplace(first_file);
+    } catch (const Error& error) {
+      if (!database_.remark.empty()) database_.remark += "; ";
+      database_.remark += std::string("its binout is not used: ") + error.what();
+    }
+  }
+  /// None: the number is in d3plot.
+  [[nodiscard]] std::optional<std::uint32_t> place_in_binout(std::uint32_t number) const {
+    const std::size_t in_d3plot = histories_.words.size(), in_binout = binout_ ? binout_->numbers() : 0;
+    if (number < in_d3plot) return std::nullopt;
+    if (number - in_d3plot < in_binout) return static_cast<std::uint32_t>(number - in_d3plot);
+    throw Error{Status::bad_input, database_.family.front().string() + " has " + std::to_string(in_d3plot + in_binout) +
+                                       " numbers of histories; it changed while it was read, try again"};
   }
 
   void build_mesh() {
@@ -173,6 +204,7 @@ class Reader final : public bake::SimulationReader {
   std::vector<Field> stored_;
   std::vector<bake::SimulationField> fields_;
   StoredHistories histories_;
+  std::optional<Binout> binout_;
   std::size_t shell_elements_ = 0;          // the first elements of the mesh are shells, the others faces of solids
   std::vector<std::uint32_t> source_;       // element -> shell, or solid or thick shell, of the database
   std::vector<std::uint32_t> node_source_;  // node -> node of the database
