@@ -54,6 +54,9 @@ class Bench {
   std::unique_ptr<Process> serve(std::vector<std::string> more = {}) {
     std::vector<std::string> arguments{LBEA_SERVE, LBEA_MODEL,        "--frames", frames(),  "--results", results(),
                                        "--json",   "--record-memory", "16",       "--queue", "128"};
+    // The queue's memory is allocated at the start: of the default size it takes a second.
+    if (std::ranges::find(more, "--max-points") == more.end())
+      arguments.insert(arguments.end(), {"--max-points", "32768"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return start(arguments, "serve", "ready: frames on " + frames());
   }

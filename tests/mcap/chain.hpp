@@ -84,7 +84,8 @@ class Chain {
   [[nodiscard]] std::string at(const std::string& name) const { return "ipc://" + file(name); }
   [[nodiscard]] std::vector<std::string> words_of(const std::string& name) const {
     if (name == "serve")
-      return {LBEA_SERVE, LBEA_MODEL, "--frames", at("frames"), "--results", at("results"), "--json", "--queue", "64"};
+      return {LBEA_SERVE, LBEA_MODEL, "--frames", at("frames"),   "--results", at("results"),
+              "--json",   "--queue",  "64",       "--max-points", "32768"};
     if (name == "record")
       return {LBEA_RECORD, file(recording()), "--frames",        at("rig"), "--forward", at("frames"),
               "--results", at("results"),     "--record-memory", "64",      "--json"};
