@@ -12,7 +12,7 @@ const require = createRequire(join(process.env.LBEA_NODE_MODULES ?? process.cwd(
 const url = pathToFileURL(report).href;
 
 /// What an engineer looks for; in the order of the page.
-const sections = ["Verdict", "End", "Frames", "Forecast", "Parameters", "Curves", "Simulations", "Regions", "Accounts", "Origin"];
+const sections = ["Verdict", "End", "Frames", "Forecast", "Parameters", "Displacements", "Curves", "Simulations", "Regions", "Accounts", "Origin"];
 const questions = [/Does a simulation fit\?/, /Which one, and how sure\?/, /How did it end\?/, /How exact is the final shape\?/, /Parameter .*\[/];
 
 async function checkAxe(browser) {
