@@ -118,6 +118,14 @@ std::vector<SensorViews> views_of_rigs(const RunSettings& settings, const Model&
   return views;
 }
 
+/// Throws Error{bad_input} where only a matcher could tell which frames were captured together.
+void require_captures(const RunSettings& settings, const FrameFates& fates, const std::string& file) {
+  if (!settings.rigs.empty() && fates.captures().empty())
+    throw Error(Status::bad_input,
+                file + ": has frames of several rigs, and no results that say which were captured together; send them "
+                       "to lbea-serve with --to NAME=ENDPOINT for each rig, and record them there with their results");
+}
+
 /// The same for several rigs. Matches all captures up to the part's end.
 bool match_captures(RecordedRun& run, const Part& part, RigReplay& replay, const ResultHandler& handle) {
   run.limit(Part{}.from_ns, part.to_ns);
@@ -225,9 +233,10 @@ bool match_again(RecordedRun& run, const Part& part, const ModelReplayOptions& o
 bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOptions& options) {
   std::vector<ComponentModel> components =
       open_components(recorded_components(run.settings(), options.settings.recording), options);
+  const FrameFates fates(run);
+  require_captures(run.settings(), fates, options.settings.recording);
   RunSettings settings = replay_settings(run.settings(), components.front().model, options.settings);
   settings.program = "lbea-replay " LBEA_VERSION_STRING;
-  const FrameFates fates(run);
   std::optional<ResultComparison> comparison;
   if (options.compares) comparison.emplace(run, fates, options.tolerance, has_history(settings));
   ResultComparison* const compared = comparison ? &*comparison : nullptr;

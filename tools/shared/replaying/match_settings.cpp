@@ -70,6 +70,8 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
   }
   if (options.method) {
     settings.matcher.method = *options.method;
+  } else if (!settings.rigs.empty()) {
+    settings.matcher.method = Method::fit;
   } else if (settings.method.empty()) {
     report_unknown("the method, because it contains no state of a matcher; give it with --method, otherwise it is lbea",
                    options);
@@ -93,9 +95,9 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
   } else if (is_of_recorder(settings) && !settings.rigs.empty()) {
     for (const RigSettings& rig : settings.rigs)
       if (rig.sensor_json.empty())
-        report_unknown("the pose of rig " + rig.name + ", because lbea-record was not given it (--pose " + rig.name +
-                           "=sensor.json); give --no-pose if lbea-serve had none",
-                       options);
+        throw Error(Status::bad_config, options.recording + ": the recording does not contain the pose of rig " +
+                                            rig.name + ", because lbea-record was not given it (--pose " + rig.name +
+                                            "=sensor.json); give --no-pose if lbea-serve had none");
   } else if (is_of_recorder(settings) && settings.sensor_json.empty()) {
     report_unknown(
         "the sensor's pose, because lbea-record does not know it; give it with --pose sensor.json, or give --no-pose "
@@ -109,9 +111,11 @@ void require_recorded_settings(const RunSettings& settings, const SettingsOption
   if (!options.pose_file.empty() || drops_poses || options.frames_alone ||
       options.method.value_or(Method::fit) != Method::fit)
     throw Error(Status::bad_config,
-                options.recording +
-                    ": frames of several rigs are matched with the recorded poses and --method fit; "
-                    "omit --pose, --no-pose, --frames-alone and --method");
+                options.recording + ": frames of several rigs are matched by fit with the recorded poses; omit " +
+                    (is_of_recorder(settings)
+                         ? "--pose, --frames-alone and other methods. lbea-record is given the poses, with --pose "
+                           "NAME=sensor.json for each rig; give --no-pose if lbea-serve had none"
+                         : "--pose, --no-pose, --frames-alone and other methods"));
 }
 
 }  // namespace

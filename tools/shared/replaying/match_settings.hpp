@@ -14,8 +14,8 @@ struct SettingsOptions {
 };
 
 /// The recorded settings, changed by `options`. Settings that lbea-record did not know are taken from the recorded
-/// states of the matcher. A setting that is still unknown causes a warning, or with needs_all Error{bad_config}. Throws
-/// Error{bad_input} for invalid files.
+/// states of the matcher. A setting that is still unknown causes a warning, or with needs_all and for the
+/// pose of one of several rigs Error{bad_config}. Throws Error{bad_input} for invalid files.
 [[nodiscard]] RunSettings replay_settings(RunSettings recorded, const Model& model, const SettingsOptions& options);
 
 /// Those that the recording or, of lbea-record, a recorded state of the matcher names; none: one model.
