@@ -25,6 +25,13 @@ std::uint64_t dropped(const wire::WireState& state) {
   return state.counters.of(wire::WireStatus::queue_full) + state.counters.of(wire::WireStatus::other_sender);
 }
 
+/// Only frames of several rigs are.
+std::uint64_t out_of_step(const wire::WireState& state) {
+  std::uint64_t frames = 0;
+  for (const wire::WireRig& rig : state.rigs) frames += rig.counters.of(wire::WireStatus::out_of_step);
+  return frames;
+}
+
 }  // namespace
 
 std::optional<wire::WireState> wait_for_state(wire::ResultSource& results, const std::function<bool()>& stop) {
@@ -82,6 +89,7 @@ void Receipts::collect(Handshake& handshake, std::uint64_t session, std::uint64_
   sum_.received += increase(then.received, now->received);
   sum_.missed += increase(then.missed, now->missed);
   sum_.withheld += increase(then.withheld, now->withheld);
+  sum_.out_of_step = increase(out_of_step(before_), out_of_step(handshake.state()));
   sum_.dropped = increase(dropped(before_), dropped(handshake.state()));
 }
 
@@ -91,14 +99,18 @@ std::string receipt_text(const Receipt& receipt) {
          std::to_string(receipt.missed) +
          (receipt.dropped > 0 ? ", and dropped " + std::to_string(receipt.dropped) +
                                     ": its queue was full, or another sender's test was running"
-                              : "");
+                              : "") +
+         (receipt.out_of_step > 0 ? ", and refused " + std::to_string(receipt.out_of_step) +
+                                        " as out_of_step: start it with a longer --wait-us"
+                                  : "");
 }
 
 nlohmann::ordered_json receipt_json(const Receipt& receipt) {
   return {{"received", receipt.received},
           {"withheld", receipt.withheld},
           {"missed", receipt.missed},
-          {"dropped", receipt.dropped}};
+          {"dropped", receipt.dropped},
+          {"out_of_step", receipt.out_of_step}};
 }
 
 }  // namespace lbea::tool

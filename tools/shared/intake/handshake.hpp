@@ -47,7 +47,8 @@ class Handshake {
 struct Receipt {
   bool is_whole = true;  // the matcher answered for each session
   std::uint64_t received = 0, missed = 0, withheld = 0;
-  std::uint64_t dropped = 0;  // by the matcher, without room or for another sender's test, in the same time
+  std::uint64_t out_of_step = 0;  // refused by a matcher of several rigs, in the same time
+  std::uint64_t dropped = 0;      // by the matcher, without room or for another sender's test, in the same time
 };
 
 /// Sums the receipts of one or more sessions.
