@@ -8,6 +8,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <deque>
 #include <thread>
@@ -59,7 +60,7 @@ class FrameRecorder {
       if (rigs_.size() > 1) tally.rigs.push_back({of_rig, rig.name()});
     }
     tally.lost_results = lost_results_;
-    tally.is_upper_bound = delivered_.has_former() || !has_last_state_;
+    tally.is_upper_bound = results_ && (delivered_.has_former() || !has_last_state_);
     return tally;
   }
 
@@ -85,8 +86,16 @@ class FrameRecorder {
       receivers.front()->run();
     else
       FrameReceiver::run_together(receivers);
-    for (RigIntake& rig : rigs_) rig.finish(max_flush);
+    finish_rigs();
     all_forwarded_ = true;
+  }
+
+  /// All within one time, so that a stalled matcher delays the end once.
+  void finish_rigs() noexcept {
+    using Clock = std::chrono::steady_clock;
+    const auto deadline = Clock::now() + max_flush;
+    for (RigIntake& rig : rigs_)
+      rig.finish(std::chrono::ceil<std::chrono::milliseconds>(std::max(deadline - Clock::now(), Clock::duration(0))));
   }
 
   void receive_results() noexcept {
