@@ -1,6 +1,7 @@
 #include "tools/inspect/reports.hpp"
 
 #include "adapters/mcap/salvage.hpp"
+#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/recording/recording_file.hpp"
 #include "tools/shared/recording/run_audit.hpp"
 
@@ -136,6 +137,13 @@ Json report(const std::filesystem::path& file, const RunAudit& audit) {
           {"settings", settings_json(audit.settings)}};
 }
 
+std::string place_of(const RigSettings& rig) {
+  if (rig.sensor_json.empty() && rig.T_reference_sensor == MatcherConfig{}.T_reference_sensor)
+    return ", pose not recorded";
+  return formatted(" at %.3f %.3f %.3f", static_cast<double>(rig.T_reference_sensor[3]),
+                   static_cast<double>(rig.T_reference_sensor[7]), static_cast<double>(rig.T_reference_sensor[11]));
+}
+
 void print_settings(const RunSettings& settings) {
   std::printf("\nrecorded by %s\n  model %s, checksum %s, method %s\n", printable(settings.program).c_str(),
               printable(settings.model_file).c_str(), hexadecimal(settings.model_checksum).c_str(),
@@ -144,9 +152,8 @@ void print_settings(const RunSettings& settings) {
     std::printf("  component %s: model %s, checksum %s\n", printable(component.name).c_str(),
                 printable(component.model_file).c_str(), hexadecimal(component.model_checksum).c_str());
   for (const RigSettings& rig : settings.rigs)
-    std::printf("  rig %s at %.3f %.3f %.3f, clock offset %lld ns\n", printable(rig.name).c_str(),
-                static_cast<double>(rig.T_reference_sensor[3]), static_cast<double>(rig.T_reference_sensor[7]),
-                static_cast<double>(rig.T_reference_sensor[11]), static_cast<long long>(rig.clock_offset_ns));
+    std::printf("  rig %s%s, clock offset %lld ns\n", printable(rig.name).c_str(), place_of(rig).c_str(),
+                static_cast<long long>(rig.clock_offset_ns));
 }
 
 void print_matcher(const RunAudit& audit) {
