@@ -291,12 +291,16 @@ class RigMatcherTest(unittest.TestCase):
                 lbea.RigMatcher(model, *arguments)
         with self.assertRaisesRegex(lbea.Error, "without a sensor"):
             lbea.RigMatcher(lbea.Model(PLATES), [pose])
-        with self.assertRaisesRegex(TypeError, "max_poinst"):
+        with self.assertRaisesRegex(TypeError, "RigMatcher has no setting 'max_poinst'"):
             lbea.RigMatcher(model, [pose], max_poinst=5)
         matcher, halves = lbea.RigMatcher(model, [pose] * 2), self.halves(self.clouds[0])
         for arguments, words in (((halves[:1],), "points has 1"), ((halves, [1]), "ids has 1"), ((halves, None, [1] * 3), "stamps_ns has 3")):
             with self.assertRaisesRegex(ValueError, words):
                 matcher.match(*arguments)
+        self.assertEqual(matcher.match(halves, [2**64 - 1, 0]).frame_id, 2**64 - 1)
+        for ids in ([-1, 0], [2**64, 0]):
+            with self.assertRaises(TypeError):
+                matcher.match(halves, ids)
         with self.assertRaisesRegex(TypeError, "float64"):
             matcher.match([halves[0], halves[1].astype(float)])
 

@@ -55,7 +55,7 @@ Method method_named(const std::string& name) {
 
 std::unique_ptr<PyMatcher> make_matcher(const Model& model, const std::string& method,
                                         const py::object& T_reference_sensor, const py::kwargs& settings) {
-  MatcherConfig config = config_from(settings);
+  MatcherConfig config = config_from("Matcher", settings);
   config.method = method_named(method);
   config.T_reference_sensor = transform_from(T_reference_sensor);
   return std::make_unique<PyMatcher>(model, config);
@@ -182,7 +182,7 @@ RigidTransform transform_from(const py::object& given) {
   return T;
 }
 
-MatcherConfig config_from(const py::kwargs& settings) {
+MatcherConfig config_from(const std::string& class_name, const py::kwargs& settings) {
   MatcherConfig config;
   for (const auto& [key, value] : settings) {
     const auto name = key.cast<std::string>();
@@ -197,7 +197,7 @@ MatcherConfig config_from(const py::kwargs& settings) {
     else if (name == "trigger_ns")
       config.trigger_ns = value.cast<std::int64_t>();
     else
-      throw py::type_error("Matcher has no setting '" + name + "'");
+      throw py::type_error(class_name + " has no setting '" + name + "'");
   }
   return config;
 }

@@ -18,7 +18,8 @@ struct PyRigMatcher {
   std::atomic_flag busy;
 };
 
-using Numbers = std::optional<std::vector<std::int64_t>>;
+template <class Number>
+using PerRig = std::optional<std::vector<Number>>;
 
 /// Raises ValueError if a list has another length than the rigs.
 void require_one_per_rig(const char* name, std::size_t count, std::size_t rigs) {
@@ -28,29 +29,31 @@ void require_one_per_rig(const char* name, std::size_t count, std::size_t rigs) 
 }
 
 /// One number per rig; None: 0.
-std::vector<std::int64_t> per_rig(const char* name, const Numbers& numbers, std::size_t rigs) {
+template <class Number>
+std::vector<Number> per_rig(const char* name, const PerRig<Number>& numbers, std::size_t rigs) {
   if (numbers) require_one_per_rig(name, numbers->size(), rigs);
-  return numbers ? *numbers : std::vector<std::int64_t>(rigs);
+  return numbers ? *numbers : std::vector<Number>(rigs);
 }
 
 std::unique_ptr<PyRigMatcher> make_rig_matcher(const Model& model, const std::vector<py::object>& poses,
-                                               const Numbers& clock_offsets_ns, const py::kwargs& settings) {
+                                               const PerRig<std::int64_t>& clock_offsets_ns,
+                                               const py::kwargs& settings) {
   const auto offsets_ns = per_rig("clock_offsets_ns", clock_offsets_ns, poses.size());
   std::vector<Rig> rigs;
   for (std::size_t rig = 0; rig < poses.size(); ++rig)
     rigs.push_back({transform_from(poses[rig]), {}, offsets_ns[rig]});
-  return std::make_unique<PyRigMatcher>(model, config_from(settings), rigs);
+  return std::make_unique<PyRigMatcher>(model, config_from("RigMatcher", settings), rigs);
 }
 
-PyResult match_capture(PyRigMatcher& self, const std::vector<py::object>& points, const Numbers& ids,
-                       const Numbers& stamps_ns) {
+PyResult match_capture(PyRigMatcher& self, const std::vector<py::object>& points, const PerRig<std::uint64_t>& ids,
+                       const PerRig<std::int64_t>& stamps_ns) {
   const std::size_t rigs = self.matcher.rigs().size();
   require_one_per_rig("points", points.size(), rigs);
-  const auto id = per_rig("ids", ids, rigs), stamp_ns = per_rig("stamps_ns", stamps_ns, rigs);
+  const auto id = per_rig("ids", ids, rigs);
+  const auto stamp_ns = per_rig("stamps_ns", stamps_ns, rigs);
   std::vector<Frame> frames(rigs);
   for (std::size_t rig = 0; rig < rigs; ++rig)
-    if (!points[rig].is_none())
-      frames[rig] = {static_cast<std::uint64_t>(id[rig]), stamp_ns[rig], points_in(points[rig])};
+    if (!points[rig].is_none()) frames[rig] = {id[rig], stamp_ns[rig], points_in(points[rig])};
   const Busy busy(self);
   MatchResult result;
   {

@@ -85,8 +85,8 @@ struct PyResult {
 [[nodiscard]] std::span<const Point> points_in(const pybind11::object& points);
 /// matrix: 3 x 4 or 4 x 4; None: the identity. Raises ValueError for another shape.
 [[nodiscard]] RigidTransform transform_from(const pybind11::object& matrix);
-/// All but the method and the pose. Raises TypeError for a name that is none.
-[[nodiscard]] MatcherConfig config_from(const pybind11::kwargs& settings);
+/// All but the method and the pose, for this class. Raises TypeError for a name that is none.
+[[nodiscard]] MatcherConfig config_from(const std::string& class_name, const pybind11::kwargs& settings);
 
 /// 4 x 4, float64.
 [[nodiscard]] pybind11::array matrix(const RigidTransform& T);
