@@ -7,6 +7,7 @@
 #include "tools/shared/intake/rig_options.hpp"
 
 #include <map>
+#include <set>
 
 namespace lbea::tool {
 
@@ -16,6 +17,8 @@ struct RigOutlet {
   IdTracker ids{};                                    // sent
   std::map<std::uint64_t, std::uint64_t> next_ids{};  // of each recorded session, for the goodbye
   std::map<std::uint64_t, std::uint64_t> tests{};     // the number of each session's latest test
+  std::map<std::uint64_t, std::uint64_t> frames{};    // how many of each session were sent or refused
+  std::set<std::uint64_t> finished{};                 // sessions whose stream was ended after their last frame
   std::uint64_t received = 0;                         // by the matcher, if it was asked
 };
 

@@ -34,7 +34,10 @@ class Sender {
   SocketTally send_all(RecordedRun& run) {
     const auto begin = Clock::now();
     for (round_ = 0; (options_.rounds == 0 || round_ < options_.rounds) && !is_stopped(); ++round_) {
-      if (round_ > 0) run.rewind();
+      if (round_ > 0) {
+        await_ends(true);
+        run.rewind();
+      }
       pace_.restart();
       send_round(run);
       end_round();
@@ -53,24 +56,27 @@ class Sender {
   void end_round() {
     for (RigOutlet& outlet : outlets_) {
       for (const auto& [recorded, next_id] : outlet.next_ids) {
-        const bool is_told = !options_.ends_stream || end_stream(outlet, recorded, next_id);
+        const bool is_told =
+            !options_.ends_stream || outlet.finished.contains(recorded) || end_stream(outlet, recorded, next_id);
         if (receipts_ != nullptr && receipts_->sum().is_whole)
           outlet.received += receipts_->ask(outlet.sink, session_of(recorded, round_), next_id);
         if (!is_told) break;
       }
       outlet.next_ids.clear();
       outlet.tests.clear();
+      outlet.frames.clear();
+      outlet.finished.clear();
     }
-    await_ends();
   }
   void send_round(RecordedRun& run) {
     while (const auto message = run.next()) {
       if (message->kind != RecordedMessage::Kind::frame) continue;
-      if (!pace_.wait_for(message->log_time_ns)) return;
       RigOutlet& outlet = outlet_of(*message);
+      end_finished_streams(outlet, *message);
+      if (!pace_.wait_for(message->log_time_ns)) return;
       end_last_test(outlet, *message);
       end_other_streams(*message);
-      await_ends();
+      await_ends(options_.pace.waits_for_room());
       wait_for_room(outlet);
       if (is_stopped()) return;
       send(outlet, *message);
@@ -110,10 +116,24 @@ class Sender {
         end_stream(outlet, session, outlet.next_ids[session]);
       }
   }
+  /// Without recorded ends, the test of sessions that have no frame left ends before the first frame of another session
+  /// of a rig.
+  void end_finished_streams(const RigOutlet& next, const RecordedMessage& frame) {
+    const bool is_another = !next.next_ids.empty() && !next.next_ids.contains(frame.session);
+    if (outlets_.size() == 1 || !options_.ends_stream || !is_another) return;
+    for (RigOutlet& outlet : outlets_)
+      for (const auto& [session, count] : outlet.frames) {
+        if (count < fates_.frames_of(session) || fates_.has_end(session) || !outlet.finished.insert(session).second)
+          continue;
+        wait_for_room(outlet);
+        end_stream(outlet, session, outlet.next_ids[session]);
+      }
+    await_ends(true);
+  }
   /// A matcher reads the rigs' sockets by turns. Where no recorded pause lies between two tests, it must have read the
   /// ends of all streams before the first frame of the next test: else that frame belongs to the former one.
-  void await_ends() {
-    const bool has_several = outlets_.size() > 1 && options_.pace.waits_for_room() && !ended_.empty();
+  void await_ends(bool has_no_pause) {
+    const bool has_several = outlets_.size() > 1 && has_no_pause && !ended_.empty();
     for (const auto& [outlet, session, next_id] : std::exchange(ended_, {})) {
       if (!has_several || is_stopped()) continue;
       if (receipts_ == nullptr || !receipts_->await_end(outlet->sink, session, next_id))
@@ -125,6 +145,7 @@ class Sender {
     const std::uint64_t session = session_of(frame.session, round_);
     std::uint64_t& next_id = outlet.next_ids[frame.session];
     next_id = std::max(next_id, frame.id + 1);
+    ++outlet.frames[frame.session];
     if (outlet.sink.send(encoder_.frame_of_cloud(frame.data, session, frame.id)))
       static_cast<void>(outlet.ids.observe(session, frame.id));
   }

@@ -15,6 +15,7 @@ FrameFates::FrameFates(RecordedRun& run) {
     if (message->kind == RecordedMessage::Kind::frame) {
       frames.emplace_back(message->session, message->id);
       fates_[frames.back()].has_frame = true;
+      ++frames_[message->session];
       most_bytes_ = std::max(most_bytes_, message->data.size());
     } else if (message->kind == RecordedMessage::Kind::result) {
       if (wire::decode_result(message->data, result) == wire::WireStatus::ok) add(result);
@@ -128,6 +129,11 @@ std::uint64_t FrameFates::ends_before(std::uint64_t session, const FrameKey& fra
   if (ends == ends_.end() || found == fates_.end() || !found->second.is_searched) return 0;
   return static_cast<std::uint64_t>(
       std::ranges::count_if(ends->second, [&](const End& end) { return end.receive_ns < found->second.receive_ns; }));
+}
+
+std::uint64_t FrameFates::frames_of(std::uint64_t session) const {
+  const auto found = frames_.find(session);
+  return found == frames_.end() ? 0 : found->second;
 }
 
 bool FrameFates::is_at_edge(const FrameKey& frame) const {

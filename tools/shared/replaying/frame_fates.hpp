@@ -36,6 +36,10 @@ class FrameFates {
   [[nodiscard]] TestKey test_of(const FrameKey& frame) const;
   /// How often the stream of another session had ended before the matcher had this frame; 0 if that is not known.
   [[nodiscard]] std::uint64_t ends_before(std::uint64_t session, const FrameKey& frame) const;
+  /// Whether it is recorded that a stream of the session has ended.
+  [[nodiscard]] bool has_end(std::uint64_t session) const { return ends_.contains(session); }
+  /// How many frames of the session are recorded, repeated ids included.
+  [[nodiscard]] std::uint64_t frames_of(std::uint64_t session) const;
   /// Before the first or after the last frame of its session that is recorded with its result.
   [[nodiscard]] bool is_at_edge(const FrameKey& frame) const;
   /// Whether the matcher had earlier frames of the test, which are not recorded.
@@ -84,6 +88,7 @@ class FrameFates {
   std::map<FrameKey, Fate> fates_;
   std::map<std::uint64_t, std::vector<End>> ends_;  // by session
   std::map<std::uint64_t, Session> sessions_;
+  std::map<std::uint64_t, std::uint64_t> frames_;            // recorded, by session
   std::map<std::uint64_t, wire::WireSender> senders_;        // in the first state that lists them
   std::map<std::uint64_t, std::uint64_t> first_arrived_id_;  // of the session, where all answers are recorded
   std::vector<Series> series_;
