@@ -122,8 +122,9 @@ std::vector<SensorViews> views_of_rigs(const RunSettings& settings, const Model&
 void require_captures(const RunSettings& settings, const FrameFates& fates, const std::string& file) {
   if (!settings.rigs.empty() && fates.captures().empty())
     throw Error(Status::bad_input,
-                file + ": has frames of several rigs, and no results that say which were captured together; send them "
-                       "to lbea-serve with --to NAME=ENDPOINT for each rig, and record them there with their results");
+                file +
+                    ": has frames of several rigs, and no results that say which were captured together; send them "
+                    "to lbea-serve with --to NAME=ENDPOINT for each rig, and record them there with their results");
 }
 
 /// The same for several rigs. Matches all captures up to the part's end.
