@@ -80,6 +80,7 @@ void add_options(Tool& tool, Options& options) {
   auto* to = tool.add_option("--to", options.socket.to,
                              "endpoint of a matcher's frames, e.g. ipc:///tmp/frames.ipc; of a recording of several "
                              "rigs NAME=ENDPOINT, once for each")
+                 ->check(not_empty())
                  ->repeatable();
   auto* model = tool.add_option("--model", options.model.model_files,
                                 "baked model (.lbea) to match with; once for each component of the recording")

@@ -167,6 +167,8 @@ class Sender {
 std::vector<RigEndpoint> endpoints_of(const std::vector<std::string>& to, const std::vector<RigSettings>& rigs) {
   if (rigs.empty()) {
     if (to.size() > 1) throw WrongUsage("--to: the recording has the frames of one rig; give one endpoint");
+    if (!divide_rig_option(to.front()).first.empty())
+      throw WrongUsage("--to " + to.front() + ": the recording has the frames of one rig; give --to ENDPOINT");
     return {{"", to.front()}};
   }
   std::vector<std::string> names;
@@ -179,7 +181,7 @@ std::vector<RigEndpoint> endpoints_of(const std::vector<std::string>& to, const 
   std::vector<RigEndpoint> endpoints;
   std::vector<std::pair<std::string, std::string>> options;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!values[i])
+    if (!values[i] || values[i]->empty())
       throw WrongUsage("the recording has frames of rig " + names[i] + "; give --to " + names[i] +
                        "=ENDPOINT too, or match them with --model");
     endpoints.push_back({names[i], *values[i]});
