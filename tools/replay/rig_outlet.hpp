@@ -66,7 +66,8 @@ struct SocketTally : SocketCounts {
   /// No loss is known.
   [[nodiscard]] bool is_complete() const noexcept {
     return refused == 0 && left == 0 &&
-           (!receipt || (receipt->is_whole && receipt->received + repeated >= sent && receipt->dropped == 0));
+           (!receipt || (receipt->is_whole && receipt->received + repeated >= sent && receipt->dropped == 0 &&
+                         receipt->out_of_step == 0));
   }
 };
 [[nodiscard]] std::string to_text(const SocketTally& tally);

@@ -6,6 +6,8 @@
 #include "tools/shared/intake/rig_options.hpp"
 #include "tools/shared/replaying/frame_fates.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <thread>
 
@@ -191,12 +193,21 @@ std::vector<RigEndpoint> endpoints_of(const std::vector<std::string>& to, const 
   return endpoints;
 }
 
+/// A matcher also compares when the frames of several rigs arrive.
+void warn_of_pace(const PaceOptions& pace, std::size_t rigs) {
+  if (rigs > 1 && (pace.waits_for_room() || pace.speed != 1))
+    spdlog::warn(
+        "frames of several rigs at another pace than the recorded one: a matcher refuses those that arrive at other "
+        "times than their stamps tell (out_of_step); start lbea-serve with a --wait-us longer than the replayed part");
+}
+
 }  // namespace
 
 bool replay_to_socket(RecordedRun& run, const SocketReplayOptions& options) {
   const std::vector<RigEndpoint> endpoints = endpoints_of(options.to, run.settings().rigs);
   wire::WireContext context;
   const wire::ClientAccess access = options.access.load();
+  warn_of_pace(options.pace, endpoints.size());
   std::vector<RigOutlet> outlets = connected(context, endpoints, access);
   std::optional<MatcherReceipts> receipts;
   if (!options.results_endpoint.empty()) receipts.emplace(context, options.results_endpoint, access);
