@@ -1,7 +1,9 @@
 // lbea-record between two rigs and their matcher: one file, an account per rig, and no rig or matcher stops another.
 #include "tests/mcap/rig_bench.hpp"
 
+#include <algorithm>
 #include <map>
+#include <utility>
 
 using namespace lbea::test;
 
@@ -130,6 +132,67 @@ TEST_CASE("a rig that is killed costs the other nothing, and is named; without p
   const Outcome against = rigs.bench.replay("recorder.mcap --model " LBEA_MODEL " --against");
   CHECK(against.exit_code == 1);
   CHECK(contains(against.err, "does not contain the pose of rig left"));
+  const auto refusal = [&](const std::string& more) {
+    const Outcome outcome = rigs.bench.replay("recorder.mcap --model " LBEA_MODEL + more);
+    CHECK(outcome.exit_code == 1);
+    return outcome.err;
+  };
+  CHECK(contains(refusal(""), "does not contain the pose of rig left"));
+  CHECK(contains(refusal(" --frames-alone"), "give --no-pose if lbea-serve had none"));
+  CHECK(contains(run_program(LBEA_INSPECT " recorder.mcap", rigs.bench.folder.path()).out,
+                 "rig left, pose not recorded, clock offset 0 ns"));
+}
+
+TEST_CASE("two tests of two rigs, recorded without results, remain two tests when they are sent to a matcher") {
+  Bench bench;
+  RigRecorder recorder(bench, {});
+  WireContext context;
+  const std::int64_t begin_ns = wall_clock_ns();
+  for (std::uint64_t test = 0; test < 2; ++test) {
+    const std::int64_t test_ns = begin_ns + static_cast<std::int64_t>(test) * 1'000'000'000;
+    RigCamera left(context, recorder.left(), 2 * test + 1), right(context, recorder.right(), 2 * test + 2);
+    for (std::size_t step = 0; step < states; ++step) {
+      const std::int64_t stamp_ns = test_ns + static_cast<std::int64_t>(step) * between_states_ns;
+      left.send(clouds()[step], stamp_ns);
+      right.send(clouds()[step], stamp_ns);
+    }
+    left.end();
+    right.end();
+    for (std::uint64_t session : {2 * test + 1, 2 * test + 2})
+      CHECK(eventually([&] {
+        return contains(recorder.log(), "end of stream before frame " + std::to_string(states) +
+                                            " of session 000000000000000" + std::to_string(session));
+      }));
+  }
+  CHECK(stop(*recorder.process) == 0);
+  CHECK_FALSE(contains(recorder.log(), "did not get"));
+  const Outcome matched = bench.replay("recorder.mcap --no-pose --model " LBEA_MODEL);
+  CHECK(matched.exit_code == 1);
+  CHECK(contains(matched.err, "no results that say which were captured together"));
+
+  for (const std::string pace : {" --fast", "", " --loop 2"}) {
+    CAPTURE(pace);
+    Rigs again;
+    const Outcome sent = again.bench.replay(bench.file("recorder.mcap") + " --to left=" + again.left() +
+                                            " --to right=" + again.right() + pace);
+    CAPTURE(sent.err);
+    CHECK(sent.exit_code == 0);
+    CHECK(contains(sent.err, "start lbea-serve with a --wait-us") == (pace == " --fast"));
+    std::vector<std::uint64_t> frames_of_tests;  // by the last result of each
+    const std::size_t tests = pace == " --loop 2" ? 4 : 2;
+    std::uint64_t captures = 0;  // their session
+    for (std::uint64_t latest = 0; frames_of_tests.size() < tests;) {
+      const WireResult result =
+          again.next([&](const WireResult& r) { return !r.rigs.empty() || r.session == captures; });
+      if (!result.rigs.empty()) captures = result.session;
+      if (result.status == WireStatus::end_of_stream)
+        frames_of_tests.push_back(std::exchange(latest, 0));
+      else
+        latest = std::max(latest, result.test.frames);
+    }
+    CHECK(std::ranges::count(frames_of_tests, frames_of_tests.front()) == static_cast<std::ptrdiff_t>(tests));
+    CHECK(frames_of_tests.front() > 0);
+  }
 }
 
 TEST_CASE("recording two rigs does not wait for an absent matcher; each rig's refused frames are counted") {

@@ -125,6 +125,8 @@ TEST_CASE("endpoints that are not those of the recorded rigs are refused in a se
   };
   CHECK(contains(refusal("--to ipc://a", 2), "with the name of a rig of the recording: left, right"));
   CHECK(contains(refusal("--to left=ipc://a", 2), "frames of rig right; give --to right=ENDPOINT too"));
+  CHECK(contains(refusal("--to left= --to right=ipc://b", 2), "frames of rig left; give --to left=ENDPOINT too"));
+  CHECK(contains(refusal("--to ''", 2), "--to"));
   CHECK(contains(refusal("--to left=ipc://a --to other=ipc://b", 2), "of the recording: left, right"));
   CHECK(contains(refusal("--to left=ipc://a --to left=ipc://b", 2), "--to is given twice for left"));
   CHECK(contains(refusal("--to left=ipc://a --to right=ipc://a", 2), "are both \"ipc://a\""));
@@ -135,4 +137,7 @@ TEST_CASE("endpoints that are not those of the recorded rigs are refused in a se
   const Outcome outcome = bench.replay("one.mcap --to left=ipc://a --to right=ipc://b");
   CHECK(outcome.exit_code == 2);
   CHECK(contains(outcome.err, "frames of one rig; give one endpoint"));
+  const Outcome named = bench.replay("one.mcap --to left=ipc://a");
+  CHECK(named.exit_code == 2);
+  CHECK(contains(named.err, "--to left=ipc://a: the recording has the frames of one rig; give --to ENDPOINT"));
 }
