@@ -43,8 +43,30 @@ std::vector<double> displacements(const Model& model, std::uint32_t reference, s
   return field;
 }
 
+/// Of the baked coefficients of all simulations that last until then.
+double spread_at(const Model& model, const SurfaceShapes& shapes, double since_impact_s) {
+  std::vector<double> sums(3 * model.modes()), squares(sums.size());
+  double count = 0;
+  for (std::uint32_t run = 0; run < model.simulations(); ++run) {
+    const std::vector<std::uint32_t> states = states_of(model, run);
+    if (states.empty()) continue;
+    const Shape shape = shape_at(model, states, model.sample_time_s(states.front()) + since_impact_s);
+    if (shape.empty()) continue;
+    const std::vector<double> own = shapes.baked_coefficients(model, shape);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      sums[i] += own[i];
+      squares[i] += own[i] * own[i];
+    }
+    ++count;
+  }
+  double largest = 0;
+  for (std::size_t i = 0; i < sums.size() && count > 1; ++i)
+    largest = std::max(largest, (squares[i] - sums[i] * sums[i] / count) / (count - 1));
+  return std::sqrt(largest);
+}
+
 ComparedFields compared(const Model& model, const SurfaceShapes& shapes, const StudiedFrame& frame,
-                        std::span<const float> simulated) {
+                        std::span<const float> simulated, double since_impact_s) {
   const std::vector<double> test = displacements(model, shapes.reference(), frame.estimate);
   const std::vector<double> of_test = shapes.coefficients(test),
                             simulation = shapes.coefficients(displacements(model, shapes.reference(), simulated));
@@ -52,9 +74,9 @@ ComparedFields compared(const Model& model, const SurfaceShapes& shapes, const S
   fields.time_s = frame.time_s;
   fields.differences.resize(of_test.size());
   std::ranges::transform(of_test, simulation, fields.differences.begin(), std::minus<>{});
+  fields.test_uncertainty = double{frame.result.fit.error_90} / 2;
   fields.average_residual = shapes.average_residual(test, of_test);
-  fields.uncertainty =
-      std::hypot(double{frame.result.fit.error_90} / deviations_of_90_percent, fields.average_residual);
+  fields.spread = spread_at(model, shapes, since_impact_s);
   return fields;
 }
 
@@ -65,6 +87,7 @@ SurfaceShapes::SurfaceShapes(const Model& model, std::uint32_t reference)
   const ReferenceView& view = model.view().references[reference];
   const std::size_t vertices = view.mass.size();
   const double area = std::accumulate(view.mass.begin(), view.mass.end(), 0.0);
+  root_share_ = 1 / std::sqrt(area);
   for (const double mass : view.mass) shares_.push_back(mass / area);
   values_.reserve(modes_ * vertices);
   for (std::size_t mode = 0; mode < modes_; ++mode)
@@ -92,9 +115,29 @@ double SurfaceShapes::average_residual(std::span<const double> field, std::span<
   return std::sqrt(squares);
 }
 
+std::vector<double> SurfaceShapes::baked_coefficients(const Model& model, const Shape& shape) const {
+  const ReferenceView& view = model.view().references[reference_];
+  const std::size_t stride = format::padded(modes_);
+  std::vector<double> sums(3 * modes_);
+  for (const WeightedSample& share : shape)
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t mode = 0; mode < modes_; ++mode)
+        sums[3 * mode + k] += double{share.weight} * root_share_ *
+                              double{view.coefficients[(3 * model.sample_index(share.sample) + k) * stride + mode]};
+  return sums;
+}
+
+double ComparedFields::uncertainty() const noexcept { return std::hypot(test_uncertainty, average_residual); }
+
 std::size_t ComparedFields::agreeing() const noexcept {
   return static_cast<std::size_t>(std::ranges::count_if(
-      differences, [this](double difference) { return std::abs(difference) <= 2 * uncertainty; }));
+      differences, [this](double difference) { return std::abs(difference) <= 2 * uncertainty(); }));
+}
+
+FieldAgreement ComparedFields::agreement() const noexcept {
+  if (agreeing() < differences.size()) return FieldAgreement::not_acceptable;
+  const bool is_decided = uncertainty() < spread && average_residual <= test_uncertainty;
+  return is_decided ? FieldAgreement::acceptable : FieldAgreement::undecided;
 }
 
 std::size_t ComparedFields::largest() const noexcept {
@@ -103,19 +146,31 @@ std::size_t ComparedFields::largest() const noexcept {
   return static_cast<std::size_t>(largest - differences.begin());
 }
 
-FieldComparison compare_fields(const Model& model, const FrameStudy& frames, const ChannelStudy& channels) {
+std::size_t FieldComparison::count(FieldAgreement agreement) const noexcept {
+  return static_cast<std::size_t>(std::ranges::count(frames, agreement, &ComparedFields::agreement));
+}
+
+FieldAgreement FieldComparison::agreement() const noexcept {
+  if (count(FieldAgreement::not_acceptable) > 0) return FieldAgreement::not_acceptable;
+  return count(FieldAgreement::acceptable) > 0 ? FieldAgreement::acceptable : FieldAgreement::undecided;
+}
+
+FieldComparison compare_fields(const Model& model, const FrameStudy& frames, const ChannelStudy& channels,
+                               bool is_explained) {
   FieldComparison comparison;
-  if (!channels.simulation) return {{}, "no simulation explains the test"};
+  if (!is_explained || !channels.simulation) return {{}, "no simulation explains the test"};
   if (!channels.impact_s) return {{}, "the time of the impact is not known"};
   const std::vector<std::uint32_t> states = states_of(model, *channels.simulation);
   const double impact_s = model.sample_time_s(states.front());
   std::optional<SurfaceShapes> shapes;
   for (const StudiedFrame& frame : frames.frames) {
-    const Shape simulated = shape_at(model, states, impact_s + channels.since_impact(frame.time_s));
+    const double since_impact_s = channels.since_impact(frame.time_s);
+    if (!(since_impact_s > 0)) continue;  // undeformed shapes may differ
+    const Shape simulated = shape_at(model, states, impact_s + since_impact_s);
     if (simulated.empty() || !std::isfinite(frame.result.fit.error_90)) continue;
     const std::uint32_t reference = std::min(frame.result.reference, model.references() - 1);
     if (!shapes || shapes->reference() != reference) shapes.emplace(model, reference);
-    comparison.frames.push_back(compared(model, *shapes, frame, positions_of(model, simulated)));
+    comparison.frames.push_back(compared(model, *shapes, frame, positions_of(model, simulated), since_impact_s));
   }
   if (comparison.frames.empty()) comparison.why_not = "no frame after the impact has a bound of the estimate's error";
   return comparison;

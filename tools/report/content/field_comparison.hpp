@@ -5,6 +5,7 @@
 
 #include "tools/report/content/channels/channel_study.hpp"
 #include "tools/report/content/frame_study.hpp"
+#include "tools/shared/matching/shapes.hpp"
 
 namespace lbea::tool {
 
@@ -17,41 +18,55 @@ class SurfaceShapes {
   [[nodiscard]] std::uint32_t reference() const noexcept { return reference_; }
   /// Of a field with three components per vertex of the reference: modes x 3.
   [[nodiscard]] std::vector<double> coefficients(std::span<const double> field) const;
+  /// Of a shape's positions, as baked; from those of another origin, they differ by the same for all shapes.
+  [[nodiscard]] std::vector<double> baked_coefficients(const Model& model, const Shape& shape) const;
   /// Root of the mean square over the surface of what the coefficients lack of the field (CWA 16799, average residual).
   [[nodiscard]] double average_residual(std::span<const double> field, std::span<const double> coefficients) const;
 
  private:
   std::uint32_t reference_;
   std::size_t modes_;
+  double root_share_ = 0;       // of the coefficients whose squares add up to the integral over the surface
   std::vector<double> shares_;  // of the surface, per vertex
   std::vector<double> values_;  // modes x vertices
 };
+
+/// What the comparison says of a frame. Undecided: no coefficient contradicts, but u is too large to tell the
+/// ensemble's simulations apart, or the shapes do not represent the field.
+enum class FieldAgreement : std::uint8_t { acceptable, undecided, not_acceptable };
 
 /// Of one frame. Lengths in the model's unit.
 struct ComparedFields {
   double time_s = 0;                // since the test's first frame
   std::vector<double> differences;  // test minus simulation, modes x 3
+  double test_uncertainty = 0;      // half of what the mean error of 90 % of estimates does not exceed
   double average_residual = 0;      // of the test's field
-  double uncertainty = 0;           // u, of each coefficient of the test
+  /// The largest standard deviation that a coefficient has over the simulations at this time, as baked: by nearest
+  /// points, which makes it a little smaller.
+  double spread = 0;
 
+  /// u, of each coefficient of the test.
+  [[nodiscard]] double uncertainty() const noexcept;
   /// How many coefficients differ by at most 2 u.
   [[nodiscard]] std::size_t agreeing() const noexcept;
-  /// Whether all do: the simulation is acceptable.
-  [[nodiscard]] bool is_acceptable() const noexcept { return agreeing() == differences.size(); }
+  [[nodiscard]] FieldAgreement agreement() const noexcept;
   /// Place of the largest one.
   [[nodiscard]] std::size_t largest() const noexcept;
 };
 
 struct FieldComparison {
-  std::vector<ComparedFields> frames;  // studied ones, between the impact and the simulation's end
+  std::vector<ComparedFields> frames;  // studied ones, after the impact until the simulation's end
   std::string why_not;                 // without frames: a sentence's rest
+
+  [[nodiscard]] std::size_t count(FieldAgreement agreement) const noexcept;
+  /// Not acceptable in any frame: not acceptable; else undecided without an acceptable one.
+  [[nodiscard]] FieldAgreement agreement() const noexcept;
 };
 
-/// The standard uncertainty of a displacement of the estimate, whose error is normal: 90 % are within 1.645 of them.
-inline constexpr double deviations_of_90_percent = 1.645;
-
-/// Of the estimates of the studied frames, with the simulation of `channels` at the same time since the impact.
-[[nodiscard]] FieldComparison compare_fields(const Model& model, const FrameStudy& frames,
-                                             const ChannelStudy& channels);
+/// Of the estimates of the studied frames, with the simulation of `channels` at the same time since the impact. An
+/// estimate is composed of simulations: without a simulation that explains the test it shows nothing of them.
+/// is_explained: by the verdict of the test.
+[[nodiscard]] FieldComparison compare_fields(const Model& model, const FrameStudy& frames, const ChannelStudy& channels,
+                                             bool is_explained);
 
 }  // namespace lbea::tool

@@ -91,6 +91,13 @@ void study_frames(TestReport& report, const StageReporter& progress) {
   report.regions = regions_of(report.model, report.frames);
 }
 
+/// By the verdict of the test; without one, as of matched frames alone, by that of the last frame.
+bool is_explained(const TestReport& report) {
+  const wire::WireVerdict verdict =
+      report.state().frames > 0 ? report.state().verdict : report.record()->latest()->verdict;
+  return verdict == wire::WireVerdict::matched || verdict == wire::WireVerdict::ambiguous;
+}
+
 void explain(TestReport& report) {
   const RunAudit& audit = report.content.audit;
   report.accounts = report.is_own_match ? accounts_of(report.own_counters) : accounts_of(audit);
@@ -140,7 +147,7 @@ TestReport make_report(const ReportOptions& options, const StageReporter& progre
   study_frames(report, progress);
   if (report.record() != nullptr) {
     report.channels = study_channels(report.model, *report.record(), require_not_stopped);
-    report.fields = compare_fields(report.model, report.frames, report.channels);
+    report.fields = compare_fields(report.model, report.frames, report.channels, is_explained(report));
   }
   explain(report);
   return report;

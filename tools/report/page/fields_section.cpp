@@ -13,28 +13,46 @@ using Fields = std::vector<ComparedFields>;
 
 constexpr std::array<const char*, 3> directions{"x", "y", "z"};
 
-std::size_t acceptable(const Fields& frames) {
-  return static_cast<std::size_t>(std::ranges::count_if(frames, &ComparedFields::is_acceptable));
-}
-
 /// Of the one that exceeds its band most.
 const ComparedFields& worst_of(const Fields& frames) {
   return *std::ranges::max_element(frames, {}, [](const ComparedFields& frame) {
-    return std::abs(frame.differences[frame.largest()]) / frame.uncertainty;
+    return std::abs(frame.differences[frame.largest()]) / frame.uncertainty();
   });
 }
 
+const char* answer_of(FieldAgreement agreement) {
+  switch (agreement) {
+    case FieldAgreement::acceptable:
+      return "yes";
+    case FieldAgreement::undecided:
+      return "undecided";
+    case FieldAgreement::not_acceptable:
+      break;
+  }
+  return "no";
+}
+
+std::string counts_text(const FieldComparison& fields) {
+  return std::to_string(fields.count(FieldAgreement::acceptable)) + " frames, " +
+         std::to_string(fields.count(FieldAgreement::undecided)) + " undecided, " +
+         std::to_string(fields.count(FieldAgreement::not_acceptable)) + " not";
+}
+
 std::string verdict_text(const TestReport& report) {
-  const Fields& frames = report.fields.frames;
-  const std::size_t good = acceptable(frames);
-  const std::string name = escaped(simulation_name(report.names, *report.channels.simulation));
-  return "<p><strong>Simulation " + name + " is " + (good == frames.size() ? "" : "not ") + "acceptable</strong> (" +
-         std::to_string(good) + " of " + std::to_string(frames.size()) +
-         " frames) by CWA 16799: the displacements of the surface, of the estimate and of this simulation alone at the "
-         "same time since the impact, are decomposed into " +
+  const FieldComparison& fields = report.fields;
+  const std::string name = "simulation " + escaped(simulation_name(report.names, *report.channels.simulation));
+  const std::string answer = fields.agreement() == FieldAgreement::undecided
+                                 ? "It is undecided whether " + name + " is acceptable"
+                                 : "By CWA 16799, " + name + " is " +
+                                       (fields.agreement() == FieldAgreement::acceptable ? "" : "not ") + "acceptable";
+  return "<p><strong>" + answer + "</strong> (" + counts_text(fields) +
+         "). The displacements of the surface, of the estimate and of this simulation alone at the same time since the "
+         "impact, are decomposed into " +
          std::to_string(report.model.modes()) +
-         " orthogonal shapes. The simulation is acceptable if every coefficient is within 2 u of the test's. u is the "
-         "standard uncertainty of the test: of the estimate's error and of what the shapes lack of the estimate.</p>\n";
+         " orthogonal shapes. A frame is acceptable if every coefficient is within 2 u of the test's; u is of the "
+         "estimate's error and of what the shapes lack of the estimate (average residual). It is undecided where u is "
+         "as large as the differences of the ensemble's simulations, or the residual larger than the estimate's "
+         "error. The estimate is composed of simulations: what none of them shows is not compared.</p>\n";
 }
 
 std::string row_of(const ComparedFields& frame) {
@@ -42,9 +60,9 @@ std::string row_of(const ComparedFields& frame) {
   return "<tr>" + number_cell(time_text(frame.time_s)) +
          number_cell(std::to_string(frame.agreeing()) + " of " + std::to_string(frame.differences.size())) +
          number_cell(number_text(frame.differences[place])) + "<td>" + directions[place % 3] + " of shape " +
-         std::to_string(place / 3 + 1) + "</td>" + number_cell(number_text(2 * frame.uncertainty)) +
-         number_cell(number_text(frame.average_residual)) + "<td>" + (frame.is_acceptable() ? "yes" : "no") +
-         "</td></tr>\n";
+         std::to_string(place / 3 + 1) + "</td>" + number_cell(number_text(2 * frame.uncertainty())) +
+         number_cell(number_text(frame.average_residual)) + number_cell(number_text(2 * frame.spread)) + "<td>" +
+         answer_of(frame.agreement()) + "</td></tr>\n";
 }
 
 std::string table_of(const TestReport& report) {
@@ -53,8 +71,8 @@ std::string table_of(const TestReport& report) {
   for (const ComparedFields& frame : report.fields.frames) rows += row_of(frame);
   return "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>" + number_head("Time") + number_head("Within 2 u") +
          number_head("Largest difference" + unit) + "<th scope=\"col\">of</th>" + number_head("2 u" + unit) +
-         number_head("Average residual" + unit) + "<th scope=\"col\">Acceptable</th></tr></thead>\n<tbody>" + rows +
-         "</tbody></table></div>\n";
+         number_head("Average residual" + unit) + number_head("2 standard deviations of the simulations" + unit) +
+         "<th scope=\"col\">Acceptable</th></tr></thead>\n<tbody>" + rows + "</tbody></table></div>\n";
 }
 
 Chart chart_of(const ComparedFields& frame, const std::string& unit) {
@@ -71,7 +89,7 @@ Chart chart_of(const ComparedFields& frame, const std::string& unit) {
     for (std::size_t i = k; i < frame.differences.size(); i += 3) curve.values.push_back(frame.differences[i]);
     chart.curves.push_back(std::move(curve));
   }
-  chart.limits = {{"2 u", 2 * frame.uncertainty}, {"-2 u", -2 * frame.uncertainty}};
+  chart.limits = {{"2 u", 2 * frame.uncertainty()}, {"-2 u", -2 * frame.uncertainty()}};
   return chart;
 }
 

@@ -132,6 +132,11 @@ Json rated_simulation_json(const TestReport& report) {
           {"impact_seconds", study.impact_s ? number(*study.impact_s) : Json(nullptr)}};
 }
 
+/// Null: undecided.
+Json acceptable_json(FieldAgreement agreement) {
+  return agreement == FieldAgreement::undecided ? Json(nullptr) : Json(agreement == FieldAgreement::acceptable);
+}
+
 /// CWA 16799.
 Json fields_json(const TestReport& report) {
   const FieldComparison& fields = report.fields;
@@ -142,10 +147,13 @@ Json fields_json(const TestReport& report) {
                       {"coefficients", frame.differences.size()},
                       {"within_two_u", frame.agreeing()},
                       {"largest_difference", number(frame.differences[frame.largest()])},
-                      {"u", number(frame.uncertainty)},
+                      {"u", number(frame.uncertainty())},
                       {"average_residual", number(frame.average_residual)},
-                      {"acceptable", frame.is_acceptable()}});
-  return {{"simulation", simulation_name(report.names, *report.channels.simulation)}, {"frames", std::move(frames)}};
+                      {"deviation_of_simulations", number(frame.spread)},
+                      {"acceptable", acceptable_json(frame.agreement())}});
+  return {{"acceptable", acceptable_json(fields.agreement())},
+          {"simulation", simulation_name(report.names, *report.channels.simulation)},
+          {"frames", std::move(frames)}};
 }
 
 /// After the last frame, and the error of the forecasts before.
