@@ -63,6 +63,12 @@ struct SimulationHistory {
 struct HistorySeries {
   std::vector<double> times, values;  // of equal size, in the solver's units
 
+  /// Whether the solver wrote it until a time: a state may be one interval before the first or after the last one.
+  [[nodiscard]] bool covers(double time) const noexcept {
+    if (times.size() < 2) return !times.empty() && time == times.front();
+    return time >= times.front() - (times[1] - times[0]) &&
+           time <= times.back() + (times.back() - times[times.size() - 2]);
+  }
   /// Linear between the times; before the first and after the last one as there. There must be one.
   [[nodiscard]] double at(double time) const noexcept {
     const auto next = std::ranges::lower_bound(times, time);
@@ -103,7 +109,7 @@ class SimulationReader {
   [[nodiscard]] virtual std::uint32_t states() const noexcept = 0;
   [[nodiscard]] virtual double time_s(std::uint32_t state) const = 0;
   virtual void read(std::uint32_t state, SimulationState& into) = 0;
-  [[nodiscard]] virtual std::vector<SimulationHistory> histories() const { return {}; }
+  [[nodiscard]] virtual std::vector<SimulationHistory> histories() { return {}; }
   /// place: among all numbers of histories(), in their order. In the solver's unit.
   [[nodiscard]] virtual double history(std::uint32_t /*state*/, std::uint32_t /*place*/) {
     return std::numeric_limits<double>::quiet_NaN();

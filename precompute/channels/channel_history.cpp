@@ -67,21 +67,28 @@ double checked(double number, const PlannedChannel& channel, const std::string& 
   return number;
 }
 
-/// Over all times at which the solver wrote it. where: the run.
-HistorySeries filtered(const PlannedChannel& channel, SimulationReader& reader, std::uint32_t place, double time_factor,
+/// Filtered over all times at which the solver wrote it. where: the run, or a state or value of it.
+HistorySeries filtered(const PlannedChannel& channel, HistorySeries series, const std::string& each, double time_factor,
                        const std::string& where) {
-  HistorySeries series = reader.history_series(place);
-  const bool is_of_states = series.times.empty();
-  if (is_of_states) series = values_of_states(reader, place);
   std::vector<double> times_s;
   for (std::size_t i = 0; i < series.times.size(); ++i) {
-    checked(series.values[i], channel, where + (is_of_states ? "state " : "value ") + std::to_string(i));
+    checked(series.values[i], channel, where + each + std::to_string(i));
     times_s.push_back(series.times[i] * time_factor);
   }
   try {
     series.values = cfc_filtered_series(times_s, series.values, channel.cfc);
   } catch (const Error& error) { throw Error(error.status, where + "channel '" + channel.name + "': " + error.what()); }
   return series;
+}
+
+void require_covered(const HistorySeries& series, double time, const PlannedChannel& channel,
+                     const std::string& where) {
+  if (!series.covers(time))
+    throw Error(Status::bad_input, where + ": the solver wrote history '" + channel.history.text() + "' from " +
+                                       std::to_string(series.times.front()) + " to " +
+                                       std::to_string(series.times.back()) + ", not at the state's time " +
+                                       std::to_string(time) + "; compute the run to its end, or remove channel '" +
+                                       channel.name + "'");
 }
 
 }  // namespace
@@ -103,12 +110,18 @@ std::vector<std::uint32_t> find_histories(const std::vector<SolverHistory>& chos
 std::vector<float> history_values(const PlannedChannel& channel, SimulationReader& reader, std::uint32_t place,
                                   std::span<const std::uint32_t> steps, double time_factor, const std::string& run) {
   const std::string where = "run " + run + ", ";
-  HistorySeries smooth;
-  if (channel.cfc > 0) smooth = filtered(channel, reader, place, time_factor, where);
+  HistorySeries series = reader.history_series(place);
+  const bool is_apart = !series.times.empty();
+  if (!is_apart && channel.cfc > 0) series = values_of_states(reader, place);
+  if (channel.cfc > 0)
+    series = filtered(channel, std::move(series), is_apart ? "value " : "state ", time_factor, where);
   std::vector<float> values;
   for (const std::uint32_t step : steps) {
-    const double value = channel.cfc > 0 ? smooth.at(reader.time_s(step)) : reader.history(step, place);
-    values.push_back(static_cast<float>(checked(value, channel, where + "state " + std::to_string(step))));
+    const std::string state = where + "state " + std::to_string(step);
+    const bool is_of_state = series.times.empty();
+    if (is_apart) require_covered(series, reader.time_s(step), channel, state);
+    const double value = is_of_state ? reader.history(step, place) : series.at(reader.time_s(step));
+    values.push_back(static_cast<float>(checked(value, channel, state)));
   }
   return values;
 }

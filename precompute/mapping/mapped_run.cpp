@@ -16,7 +16,7 @@ class MappedRun final : public SimulationReader {
 
   const SimulationMesh& mesh() const noexcept override { return mapping_->mesh; }
   const std::vector<SimulationField>& fields() const noexcept override { return run_->fields(); }
-  std::vector<SimulationHistory> histories() const override { return run_->histories(); }
+  std::vector<SimulationHistory> histories() override { return run_->histories(); }
   double history(std::uint32_t state, std::uint32_t place) override { return run_->history(state, place); }
   HistorySeries history_series(std::uint32_t place) override { return run_->history_series(place); }
   std::uint32_t states() const noexcept override { return run_->states(); }

@@ -177,6 +177,19 @@ std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint3
   return steps;
 }
 
+/// All of the run. Throws the Error of find_histories(), with what the reader says of its files.
+std::vector<SimulationHistory> histories_with(const std::vector<SolverHistory>& chosen, SimulationReader& reader,
+                                              const std::string& run) {
+  std::vector<SimulationHistory> present = reader.histories();
+  try {
+    (void)find_histories(chosen, present, run);
+  } catch (const Error& error) {
+    const std::string remark = reader.remark();
+    throw Error(error.status, error.what() + (remark.empty() ? "" : " (" + remark + ")"));
+  }
+  return present;
+}
+
 RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const EnsembleDescription& description,
                       const SimulationReader& reference, Stage& stage) {
   RunHistory history;
@@ -189,8 +202,8 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
   (void)step_times(history.times, history.steps, description.time_factor, run.name);
   history.fields = reader.fields();
   (void)find_fields(chosen_fields(description.fields, reference.fields(), run.name), history.fields, run.name);
-  history.histories = reader.histories();
-  (void)find_histories(chosen_histories(description), history.histories, run.name);
+  if (const auto chosen = chosen_histories(description); !chosen.empty())
+    history.histories = histories_with(chosen, reader, run.name);
   const Movement movement = read_movement(reader, history.steps, run.name, description.length_unit, stage);
   history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);

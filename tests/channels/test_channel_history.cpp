@@ -95,6 +95,31 @@ TEST_CASE("histories: with a class, those that the solver wrote more often are f
   }
 }
 
+// Regression: with a class, values after its end were those at its end.
+TEST_CASE("histories: one that the solver wrote for a part of the run alone is refused") {
+  const auto written_until = [](double end) {
+    HistorySeries series;
+    for (int i = 0; i <= 1000; ++i) {
+      series.times.push_back(end * i / 1000);
+      series.values.push_back(i);
+    }
+    return series;
+  };
+  Ensemble ensemble = written_plates();
+  for (std::uint32_t run = 0; run < ensemble.runs.size(); ++run)
+    ensemble.runs[run].open = [run, series = written_until(run == 1 ? 0.0015 : 0.0025)] {
+      auto plate = std::make_unique<WrittenPlate>(bending_plate(final_angle(run), 6), run, some_histories());
+      plate->set_series(series);
+      return plate;
+    };
+  for (const std::uint32_t cfc : {0u, 600u}) {
+    const TemporaryFolder folder;
+    check_error(error_of([&] { bake_model(ensemble, with_histories({energy(cfc)}), folder / "m.lbea"); }),
+                Status::bad_input,
+                {"run plate_1, state 4: the solver wrote history 'kinetic_energy' from 0.000000 to 0.001500"});
+  }
+}
+
 TEST_CASE("histories: of a run with another mesh they are its own") {
   Ensemble ensemble = written_plates();
   ensemble.runs[2].open = [] {

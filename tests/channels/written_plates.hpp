@@ -30,7 +30,7 @@ class WrittenPlate : public SyntheticSimulation {
   WrittenPlate(const SyntheticSimulation& plate, std::uint32_t run, std::vector<SimulationHistory> histories,
                BadState bad = {})
       : SyntheticSimulation(plate), run_(run), histories_(std::move(histories)), bad_(bad) {}
-  std::vector<SimulationHistory> histories() const override { return histories_; }
+  std::vector<SimulationHistory> histories() override { return histories_; }
   HistorySeries history_series(std::uint32_t) override { return series_; }
   /// Of every history, as if the solver had written it apart from the states.
   void set_series(HistorySeries series) { series_ = std::move(series); }

@@ -2,78 +2,108 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <map>
 
 namespace lbea::io::d3plot {
 namespace {
 
-struct KnownDatabase {
+struct ReadDatabase {
   const char* directory;
   const char* name;
   HistoryOwner owner;
 };
-constexpr std::array read_databases{KnownDatabase{"/glstat", "glstat", HistoryOwner::run},
-                                    KnownDatabase{"/matsum", "matsum", HistoryOwner::part},
-                                    KnownDatabase{"/rwforc/forces", "rwforc", HistoryOwner::wall}};
+constexpr std::array read_databases{ReadDatabase{"/glstat", "glstat", HistoryOwner::run},
+                                    ReadDatabase{"/matsum", "matsum", HistoryOwner::part},
+                                    ReadDatabase{"/rwforc/forces", "rwforc", HistoryOwner::wall}};
 
 constexpr std::string_view time_name = "time", ids_name = "ids", metadata = "metadata";
 
-/// The number of a process and that of a file of it, of the name's end "0003%012"; none of other names.
-std::optional<std::pair<std::uint64_t, std::uint64_t>> numbers_of(std::string_view end) {
-  std::pair<std::uint64_t, std::uint64_t> numbers{};
-  const auto read = [](std::string_view digits, std::uint64_t& number) {
-    const auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    return digits.empty() || (error == std::errc() && rest == digits.data() + digits.size());
+/// The number of a process, none of a single one, and that of a file of it.
+using FileNumbers = std::pair<std::optional<std::uint64_t>, std::uint64_t>;
+
+/// Of the end of a name, "0003%012"; none of other names.
+std::optional<FileNumbers> numbers_of(std::string_view end) {
+  const auto number = [](std::string_view digits) -> std::optional<std::uint64_t> {
+    std::uint64_t value = 0;
+    const auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() && rest == digits.data() + digits.size() ? std::optional(value) : std::nullopt;
   };
   const std::size_t percent = std::min(end.find('%'), end.size());
-  const bool is_known =
-      read(end.substr(0, percent), numbers.first) &&
-      (percent == end.size() || (percent + 1 < end.size() && read(end.substr(percent + 1), numbers.second)));
-  return is_known ? std::optional(numbers) : std::nullopt;
+  const auto process = number(end.substr(0, percent));
+  const auto file = percent == end.size() ? std::optional<std::uint64_t>(0) : number(end.substr(percent + 1));
+  if ((percent > 0 && !process) || !file) return std::nullopt;
+  return FileNumbers{process, *file};
 }
 
-std::vector<std::filesystem::path> files_beside(const std::filesystem::path& d3plot) {
+std::map<FileNumbers, std::filesystem::path> files_beside(const std::filesystem::path& d3plot) {
   constexpr std::string_view ending = "d3plot";
   std::string prefix = d3plot.filename().string();
   if (!prefix.ends_with(ending)) return {};
   prefix.replace(prefix.size() - ending.size(), ending.size(), "binout");
-  std::map<std::pair<std::uint64_t, std::uint64_t>, std::filesystem::path> files;
+  std::map<FileNumbers, std::filesystem::path> files;
   std::error_code unknown;
   for (const auto& entry : std::filesystem::directory_iterator(d3plot.parent_path() / ".", unknown)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(prefix) || !entry.is_regular_file(unknown)) continue;
-    if (const auto numbers = numbers_of(std::string_view(name).substr(prefix.size())))
-      files.emplace(*numbers, d3plot.parent_path() / name);
+    const auto numbers = numbers_of(std::string_view(name).substr(prefix.size()));
+    if (numbers && !files.emplace(*numbers, d3plot.parent_path() / name).second)
+      throw Error{Status::bad_input, (d3plot.parent_path() / name).string() +
+                                         " has the number of another binout; remove the files of an earlier run"};
   }
-  std::vector<std::filesystem::path> sorted;
-  for (auto& [numbers, file] : files) sorted.push_back(std::move(file));
-  return sorted;
+  return files;
 }
 
 }  // namespace
 
-Binout::Binout(const std::filesystem::path& d3plot) {
-  for (const KnownDatabase& database : read_databases) databases_.push_back({database.name, {}, {}});
-  for (const std::filesystem::path& file : files_beside(d3plot)) {
-    files_.emplace_back(file);
-    for (const LsdaVariable& variable : files_.back().variables()) add(files_.size() - 1, variable);
+Binout::Binout(const std::filesystem::path& d3plot) : databases_(read_databases.size()) {
+  constexpr std::uint64_t alone = std::numeric_limits<std::uint64_t>::max();
+  for (const auto& [numbers, path] : files_beside(d3plot)) {
+    paths_.push_back(path);
+    files_.emplace_back(path, [this, process = numbers.first.value_or(alone)](
+                                  const std::string& directory, const std::string& name,
+                                  const LsdaNumbers& of_variable) { add(process, directory, name, of_variable); });
   }
   for (std::size_t i = 0; i < databases_.size(); ++i) list_histories(i);
 }
 
-void Binout::add(std::size_t file, const LsdaVariable& variable) {
-  const std::size_t end = std::min(variable.directory.rfind('/'), variable.directory.size());
-  const auto found =
-      std::ranges::find(read_databases, std::string_view(variable.directory).substr(0, end),
-                        [](const KnownDatabase& database) { return std::string_view(database.directory); });
+std::uint32_t Binout::number_of(const std::string& name) {
+  const auto found = std::ranges::find(names_, name);
+  const auto place = static_cast<std::uint32_t>(found - names_.begin());
+  if (found == names_.end()) names_.push_back(name);
+  return place;
+}
+
+const Binout::Variable* Binout::Database::find(std::size_t place, std::uint32_t name) const noexcept {
+  const auto variables_of_state = state(place);
+  const auto found = std::ranges::find(variables_of_state, name, &Variable::name);
+  return found == variables_of_state.end() ? nullptr : &*found;
+}
+
+/// A directory with a variable that its last state has is that of another state, after a restart.
+void Binout::add(std::uint64_t process, const std::string& directory, const std::string& name,
+                 const LsdaNumbers& numbers) {
+  const std::size_t end = std::min(directory.rfind('/'), directory.size());
+  const auto found = std::ranges::find(read_databases, std::string_view(directory).substr(0, end),
+                                       [](const ReadDatabase& known) { return std::string_view(known.directory); });
   if (found == read_databases.end()) return;
   Database& database = databases_[static_cast<std::size_t>(found - read_databases.begin())];
-  if (std::string_view(variable.directory).substr(end + 1) == metadata) {
-    if (variable.name == ids_name) database.ids = {file, variable};
+  if (database.process.value_or(process) != process)
+    throw Error{Status::bad_input, paths_.back().string() + " has " + found->name +
+                                       ", as has the binout of another process; remove the files of an earlier run"};
+  database.process = process;
+  const Variable variable{static_cast<std::uint32_t>(paths_.size() - 1), number_of(name), numbers};
+  if (std::string_view(directory).substr(end + 1) == metadata) {
+    if (name == ids_name) database.ids = variable;
     return;
   }
-  const auto [state, is_new] = state_of_.emplace(variable.directory, database.states.size());
-  if (is_new) database.states.emplace_back();
-  database.states[state->second].insert_or_assign(variable.name, Stored{file, variable});
+  const bool continues = database.states() > 0 && directory == database.directory &&
+                         database.find(database.states() - 1, variable.name) == nullptr;
+  if (!continues) {
+    database.begins.push_back(database.variables.size());
+    database.directory = directory;
+  }
+  database.variables.push_back(variable);
 }
 
 /// Real numbers, as many in each state as the database has owners.
@@ -81,20 +111,26 @@ void Binout::list_histories(std::size_t place) {
   Database& database = databases_[place];
   const HistoryOwner owner = read_databases[place].owner;
   // An interrupted run may have written a part of its last state.
-  if (database.states.size() > 1 && database.states.back().size() < database.states.front().size())
-    database.states.pop_back();
-  if (database.states.empty()) return;
+  if (database.states() > 1 && database.state(database.states() - 1).size() < database.state(0).size()) {
+    database.variables.resize(database.begins.back());
+    database.begins.pop_back();
+  }
+  if (database.states() == 0) return;
   const std::vector<std::uint32_t> ids = ids_of(database);
   const std::size_t owners = owner == HistoryOwner::run ? 1 : ids.size();
-  for (const auto& [name, stored] : database.states.front()) {
-    const auto has_it = [&, &name = name](const State& state) {
-      const auto found = state.find(name);
-      return found != state.end() && binary::is_real(found->second.variable.type) &&
-             found->second.variable.count == owners;
-    };
-    if (name == time_name || owners == 0 || !std::ranges::all_of(database.states, has_it)) continue;
-    histories_.push_back(
-        {database.name + "." + name, owner, owner == HistoryOwner::run ? std::vector<std::uint32_t>() : ids});
+  std::vector<std::uint32_t> listed;
+  for (const Variable& first : database.state(0)) {
+    bool is_in_all = owners > 0 && names_[first.name] != time_name;
+    for (std::size_t state = 0; state < database.states() && is_in_all; ++state) {
+      const Variable* own = database.find(state, first.name);
+      is_in_all = own != nullptr && binary::is_real(own->numbers.type) && own->numbers.count == owners;
+    }
+    if (is_in_all) listed.push_back(first.name);
+  }
+  std::ranges::sort(listed, {}, [this](std::uint32_t name) { return names_[name]; });
+  for (const std::uint32_t name : listed) {
+    histories_.push_back({std::string(read_databases[place].name) + "." + names_[name], owner,
+                          owner == HistoryOwner::run ? std::vector<std::uint32_t>() : ids});
     for (std::size_t i = 0; i < owners; ++i) numbers_.push_back({place, name, i});
   }
 }
@@ -102,56 +138,45 @@ void Binout::list_histories(std::size_t place) {
 std::vector<std::uint32_t> Binout::ids_of(const Database& database) const {
   std::vector<std::uint32_t> ids;
   if (!database.ids) return ids;
-  for (const double id : files_[database.ids->file].read(database.ids->variable)) {
+  for (const double id : files_[database.ids->file].read(database.ids->numbers)) {
     if (!(id >= 0) || id > std::numeric_limits<std::uint32_t>::max()) return {};
     ids.push_back(static_cast<std::uint32_t>(id));
   }
   return ids;
 }
 
-std::vector<std::filesystem::path> Binout::files() const {
-  std::vector<std::filesystem::path> paths;
-  for (const LsdaFile& file : files_) paths.push_back(file.path());
-  return paths;
-}
+std::vector<std::filesystem::path> Binout::files() const { return paths_; }
 
-double Binout::read(const Stored& stored, std::uint64_t place) const {
-  return files_[stored.file].read(stored.variable, place);
+double Binout::read(const Variable& variable, std::uint64_t place) const {
+  const LsdaNumbers& all = variable.numbers;
+  return files_[variable.file].read({all.type, all.byte + place * binary::size_of(all.type), 1}).front();
 }
 
 const bake::HistorySeries& Binout::series(std::uint32_t place) {
   if (place == read_place_) return read_;
   const Number& number = numbers_.at(place);
+  const Database& database = databases_[number.database];
+  const std::uint32_t time_number = number_of(std::string(time_name));
   bake::HistorySeries series;
-  for (const State& state : databases_[number.database].states) {
-    const auto time = state.find(time_name);
-    const Stored& stored = state.find(number.variable)->second;
-    const std::string where = files_[stored.file].path().string() + ", " + stored.variable.directory;
-    if (time == state.end() || time->second.variable.count == 0)
-      throw Error{Status::bad_input, where + " has no time; the file is damaged, copy or compute it again"};
-    const double now = read(time->second, 0);
-    if (!series.times.empty() && !(now > series.times.back()))
-      throw Error{Status::bad_input, where + " has the time " + std::to_string(now) + ", not after the state before; " +
-                                         "remove the binout files of an earlier run"};
+  for (std::size_t state = 0; state < database.states(); ++state) {
+    const Variable* const time = database.find(state, time_number);
+    const Variable& value = *database.find(state, number.name);
+    const bool has_time = time != nullptr && time->numbers.count > 0;
+    const double now = has_time ? read(*time, 0) : std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(now))
+      throw Error{Status::bad_input, paths_[value.file].string() + ": state " + std::to_string(state + 1) + " of " +
+                                         read_databases[number.database].name +
+                                         " has no time; the file is damaged, copy or compute it again"};
+    while (!series.times.empty() && series.times.back() >= now) {
+      series.times.pop_back();
+      series.values.pop_back();
+    }
     series.times.push_back(now);
-    series.values.push_back(read(stored, number.place));
+    series.values.push_back(read(value, number.place));
   }
   read_ = std::move(series);
   read_place_ = place;
   return read_;
-}
-
-double Binout::value(std::uint32_t place, double time) {
-  const bake::HistorySeries& known_values = series(place);
-  const std::vector<double>& times = known_values.times;
-  const double interval = times.size() > 1 ? times.back() - times[times.size() - 2] : 0;
-  if (time < times.front() - interval || time > times.back() + interval)
-    throw Error{Status::bad_input, files_.front().path().string() + " has " +
-                                       databases_[numbers_[place].database].name + " from " +
-                                       std::to_string(times.front()) + " to " + std::to_string(times.back()) +
-                                       ", not at the state's time " + std::to_string(time) +
-                                       "; compute the run to its end, or remove the channel"};
-  return known_values.at(time);
 }
 
 }  // namespace lbea::io::d3plot

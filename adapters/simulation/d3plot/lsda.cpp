@@ -5,9 +5,11 @@
 namespace lbea::io::d3plot {
 namespace {
 
-enum Command : std::uint64_t { change_directory = 2, data = 3, begin_symbols = 5 };
+enum Command : std::uint64_t { change_directory = 2, data = 3, begin_symbols = 5, last_command = 7 };
 
-constexpr std::uint64_t least_header = 8, most_bytes_of_number = 8;
+constexpr std::uint64_t least_header = 8, most_bytes_of_number = 8, longest_directory = 1024;
+constexpr std::uint64_t most_bytes_of_record = std::uint64_t{1} << 32;  // of one that may be cut short
+constexpr std::uint64_t buffer_bytes = 4096;                            // records of one number are small
 
 /// Of the type ids 1 to 10; none of others.
 std::optional<binary::Scalar> scalar_of(std::uint64_t type) {
@@ -31,16 +33,16 @@ std::string changed(std::string directory, const std::string& path) {
 
 }  // namespace
 
-LsdaFile::LsdaFile(std::filesystem::path path) : file_(std::move(path), 1) {
+LsdaFile::LsdaFile(std::filesystem::path path, const Visit& visit) : file_(std::move(path), 1) {
   read_header();
   std::string directory;
   std::uint64_t byte = header_bytes_;
   while (const auto record = record_at(byte)) {
-    if (record->command == change_directory)
-      directory = changed(std::move(directory), text_at(record->content, record->end() - record->content));
-    if (record->command == data) add_variable(*record, directory);
+    if (record->command == change_directory) change(directory, *record);
+    if (record->command == data) visit_variable(*record, directory, visit);
     byte = record->command == begin_symbols ? record->content : record->end();  // its length is that of the table
   }
+  buffer_ = {};
 }
 
 void LsdaFile::read_header() {
@@ -60,52 +62,61 @@ void LsdaFile::read_header() {
 }
 
 /// None at the end, or of one that is cut short.
-std::optional<LsdaFile::Record> LsdaFile::record_at(std::uint64_t byte) const {
+std::optional<LsdaFile::Record> LsdaFile::record_at(std::uint64_t byte) {
   const std::uint64_t content = plus(byte, length_bytes_ + command_bytes_);
   if (content > file_.bytes()) return std::nullopt;
   const Record record{byte, unsigned_at(byte, length_bytes_), unsigned_at(byte + length_bytes_, command_bytes_),
                       content};
-  if (plus(byte, record.bytes) < content)
-    file_.refuse_damaged(byte, "a record has " + std::to_string(record.bytes) + " bytes");
-  const bool is_cut = record.command != begin_symbols && plus(byte, record.bytes) > file_.bytes();
+  if (plus(byte, record.bytes) < content || record.bytes > most_bytes_of_record || record.command > last_command)
+    file_.refuse_damaged(
+        byte, "a record of kind " + std::to_string(record.command) + " has " + std::to_string(record.bytes) + " bytes");
+  const bool is_cut = record.command != begin_symbols && record.end() > file_.bytes();
   return is_cut ? std::nullopt : std::optional(record);
 }
 
-void LsdaFile::add_variable(const Record& record, const std::string& directory) {
+void LsdaFile::change(std::string& directory, const Record& record) {
+  const std::uint64_t bytes = record.end() - record.content;
+  if (bytes <= longest_directory) directory = changed(std::move(directory), text_at(record.content, bytes));
+  if (bytes > longest_directory || directory.size() > longest_directory)
+    file_.refuse_damaged(record.byte, "the name of a directory is longer than any of LS-DYNA");
+}
+
+void LsdaFile::visit_variable(const Record& record, const std::string& directory, const Visit& visit) {
   const std::uint64_t name_at = record.content + type_bytes_ + 1;
   if (name_at > record.end()) file_.refuse_damaged(record.byte, "a variable has no name");
   const std::uint64_t begin = name_at + unsigned_at(name_at - 1, 1);
   if (begin > record.end()) file_.refuse_damaged(record.byte, "the name of a variable is longer than its record");
-  const auto type = scalar_of(unsigned_at(record.content, type_bytes_));
-  if (!type) return;  // of a newer version
-  variables_.push_back(
-      {directory, text_at(name_at, begin - name_at), *type, begin, (record.end() - begin) / binary::size_of(*type)});
+  if (const auto type = scalar_of(unsigned_at(record.content, type_bytes_)))  // else of a newer version
+    visit(directory, text_at(name_at, begin - name_at),
+          {*type, begin, (record.end() - begin) / binary::size_of(*type)});
 }
 
-std::uint64_t LsdaFile::unsigned_at(std::uint64_t byte, std::uint64_t bytes) const {
-  std::array<std::byte, most_bytes_of_number> number{};
-  file_.read(byte, std::span(number).first(bytes), "a record");
-  return binary::load_bits(number.data(), bytes, false);
+/// Valid until the next call.
+const std::byte* LsdaFile::bytes_at(std::uint64_t byte, std::uint64_t bytes) {
+  if (byte < buffered_at_ || plus(byte, bytes) > buffered_at_ + buffer_.size()) {
+    const std::uint64_t rest = file_.bytes() - std::min(byte, file_.bytes());
+    buffer_.resize(std::max(bytes, std::min(buffer_bytes, rest)));
+    file_.read(byte, buffer_, "a record");
+    buffered_at_ = byte;
+  }
+  return buffer_.data() + (byte - buffered_at_);
 }
 
-std::string LsdaFile::text_at(std::uint64_t byte, std::uint64_t bytes) const {
-  std::string text(bytes, ' ');
-  file_.read(byte, std::as_writable_bytes(std::span(text)), "a name");
-  return text;
+std::uint64_t LsdaFile::unsigned_at(std::uint64_t byte, std::uint64_t bytes) {
+  return binary::load_bits(bytes_at(byte, bytes), bytes, false);
 }
 
-std::vector<double> LsdaFile::read(const LsdaVariable& variable) const {
-  const std::size_t size = binary::size_of(variable.type);
-  std::vector<std::byte> bytes(variable.count * size);
-  file_.read(variable.byte, bytes, variable.directory + "/" + variable.name);
-  std::vector<double> numbers(variable.count);
-  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = binary::load(&bytes[i * size], variable.type, false);
-  return numbers;
+std::string LsdaFile::text_at(std::uint64_t byte, std::uint64_t bytes) {
+  return {reinterpret_cast<const char*>(bytes_at(byte, bytes)), bytes};
 }
 
-double LsdaFile::read(const LsdaVariable& variable, std::uint64_t place) const {
-  const std::size_t size = binary::size_of(variable.type);
-  return read({variable.directory, variable.name, variable.type, variable.byte + place * size, 1}).front();
+std::vector<double> LsdaFile::read(const LsdaNumbers& numbers) const {
+  const std::size_t size = binary::size_of(numbers.type);
+  std::vector<std::byte> bytes(numbers.count * size);
+  file_.read(numbers.byte, bytes, "a variable");
+  std::vector<double> values(numbers.count);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = binary::load(&bytes[i * size], numbers.type, false);
+  return values;
 }
 
 }  // namespace lbea::io::d3plot

@@ -5,6 +5,7 @@
 #include "precompute/simulation.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace lbea::io::d3plot {
 namespace {
@@ -21,7 +22,6 @@ class Reader final : public bake::SimulationReader {
     std::transform(stored_.begin(), stored_.end(), std::back_inserter(fields_), describe);
     // Without a state, nothing limits NGLBV.
     if (states() > 0) histories_ = stored_histories(database_.header, database_.geometry.part_ids);
-    open_binout(first_file);
     database_.geometry = {};
   }
 
@@ -39,21 +39,25 @@ class Reader final : public bake::SimulationReader {
     read_alive(at, into.alive);
     read_fields(at, into);
   }
-  /// Those of d3plot, then those of binout.
-  [[nodiscard]] std::vector<bake::SimulationHistory> histories() const override {
+  /// Those of d3plot, then those of binout, which is read now: most bakes need none.
+  [[nodiscard]] std::vector<bake::SimulationHistory> histories() override {
     std::vector<bake::SimulationHistory> all = histories_.histories;
+    open_binout();
     if (binout_) all.insert(all.end(), binout_->histories().begin(), binout_->histories().end());
     return all;
   }
   [[nodiscard]] double history(std::uint32_t state, std::uint32_t number) override {
     const StatePlace& at = place(state);
-    if (const auto in_binout = place_in_binout(number)) return binout_->value(*in_binout, at.time_s);
-    return file_.real(at, histories_.words[number]);
+    const auto in_binout = place_in_binout(number);
+    if (!in_binout) return file_.real(at, histories_.words[number]);
+    const bake::HistorySeries& series = binout_->series(*in_binout);
+    return series.covers(at.time_s) ? series.at(at.time_s) : std::numeric_limits<double>::quiet_NaN();
   }
   [[nodiscard]] bake::HistorySeries history_series(std::uint32_t number) override {
     const auto in_binout = place_in_binout(number);
     return in_binout ? binout_->series(*in_binout) : bake::HistorySeries();
   }
+  /// With those of binout, if it was read.
   [[nodiscard]] std::vector<std::filesystem::path> files() const override {
     std::vector<std::filesystem::path> all = database_.family;
     if (binout_) std::ranges::copy(binout_->files(), std::back_inserter(all));
@@ -69,16 +73,18 @@ class Reader final : public bake::SimulationReader {
   }
 
   /// A run can be read without its binout.
-  void open_binout(const std::filesystem::path& first_file) {
+  void open_binout() {
+    if (std::exchange(has_opened_binout_, true)) return;
     try {
-      binout_.emplace(first_file);
+      binout_.emplace(database_.family.front());
     } catch (const Error& error) {
       if (!database_.remark.empty()) database_.remark += "; ";
       database_.remark += std::string("its binout is not used: ") + error.what();
     }
   }
   /// None: the number is in d3plot.
-  [[nodiscard]] std::optional<std::uint32_t> place_in_binout(std::uint32_t number) const {
+  [[nodiscard]] std::optional<std::uint32_t> place_in_binout(std::uint32_t number) {
+    if (number >= histories_.words.size()) open_binout();
     const std::size_t in_d3plot = histories_.words.size(), in_binout = binout_ ? binout_->numbers() : 0;
     if (number < in_d3plot) return std::nullopt;
     if (number - in_d3plot < in_binout) return static_cast<std::uint32_t>(number - in_d3plot);
@@ -205,6 +211,7 @@ class Reader final : public bake::SimulationReader {
   std::vector<bake::SimulationField> fields_;
   StoredHistories histories_;
   std::optional<Binout> binout_;
+  bool has_opened_binout_ = false;
   std::size_t shell_elements_ = 0;          // the first elements of the mesh are shells, the others faces of solids
   std::vector<std::uint32_t> source_;       // element -> shell, or solid or thick shell, of the database
   std::vector<std::uint32_t> node_source_;  // node -> node of the database
