@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 using namespace lbea::test;
@@ -178,20 +179,22 @@ TEST_CASE("two tests of two rigs, recorded without results, remain two tests whe
     CAPTURE(sent.err);
     CHECK(sent.exit_code == 0);
     CHECK(contains(sent.err, "start lbea-serve with a --wait-us") == (pace == " --fast"));
-    std::vector<std::uint64_t> frames_of_tests;  // by the last result of each
     const std::size_t tests = pace == " --loop 2" ? 4 : 2;
-    std::uint64_t captures = 0;  // their session
-    for (std::uint64_t latest = 0; frames_of_tests.size() < tests;) {
+    std::vector<std::set<std::uint64_t>> sessions_of_tests;  // of the rigs' senders
+    std::uint64_t captures = 0;                              // their session
+    for (std::set<std::uint64_t> sessions; sessions_of_tests.size() < tests;) {
       const WireResult result =
           again.next([&](const WireResult& r) { return !r.rigs.empty() || r.session == captures; });
       if (!result.rigs.empty()) captures = result.session;
-      if (result.status == WireStatus::end_of_stream)
-        frames_of_tests.push_back(std::exchange(latest, 0));
-      else
-        latest = std::max(latest, result.test.frames);
+      for (const WireRigFrame& frame : result.rigs) sessions.insert(frame.session);
+      if (result.status == WireStatus::end_of_stream) sessions_of_tests.push_back(std::exchange(sessions, {}));
     }
-    CHECK(std::ranges::count(frames_of_tests, frames_of_tests.front()) == static_cast<std::ptrdiff_t>(tests));
-    CHECK(frames_of_tests.front() > 0);
+    std::set<std::uint64_t> all;
+    for (const std::set<std::uint64_t>& sessions : sessions_of_tests) {
+      CHECK(sessions.size() == 2);  // one of each rig
+      all.insert(sessions.begin(), sessions.end());
+    }
+    CHECK(all.size() == 2 * tests);
   }
 }
 
