@@ -106,11 +106,12 @@ std::string receipt_text(const Receipt& receipt) {
 }
 
 nlohmann::ordered_json receipt_json(const Receipt& receipt) {
-  return {{"received", receipt.received},
-          {"withheld", receipt.withheld},
-          {"missed", receipt.missed},
-          {"dropped", receipt.dropped},
-          {"out_of_step", receipt.out_of_step}};
+  nlohmann::ordered_json json{{"received", receipt.received},
+                              {"withheld", receipt.withheld},
+                              {"missed", receipt.missed},
+                              {"dropped", receipt.dropped}};
+  if (receipt.out_of_step > 0) json["out_of_step"] = receipt.out_of_step;
+  return json;
 }
 
 }  // namespace lbea::tool
