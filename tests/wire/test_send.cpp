@@ -183,8 +183,10 @@ TEST_CASE("the pace: at a rate, and by the stamps" * doctest::skip(test::is_inst
     const auto sender = bench.start(arguments);
     REQUIRE(next_frame(source));
     const auto begin = std::chrono::steady_clock::now();
-    CHECK(receive_all(source, rounds).frames.size() == frames - 1);
-    CHECK(sender->wait() == 0);
+    const Received received = receive_all(source, rounds);
+    CHECK(received.end_id == frames);
+    // On a loaded machine this program may not read for longer than frames have room.
+    CHECK(sender->wait() == (received.frames.size() == frames - 1 ? 0 : 1));
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   // Never early; late on a loaded machine. The first frame may itself be a little late.
