@@ -1,7 +1,7 @@
 #include "tools/report/content/field_comparison.hpp"
 
 #include "runtime/src/model/model_view.hpp"
-#include "tools/shared/matching/shapes.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,25 +11,16 @@
 namespace lbea::tool {
 namespace {
 
-/// A simulation's states in the order of their times.
-std::vector<std::uint32_t> states_of(const Model& model, std::uint32_t simulation) {
-  std::vector<std::uint32_t> states;
-  for (std::uint32_t i = 0; i < model.samples(); ++i)
-    if (model.sample(i).simulation == simulation) states.push_back(i);
-  std::ranges::sort(states, {}, [&](std::uint32_t state) { return model.sample_time_s(state); });
-  return states;
-}
-
-/// At a time of the simulations, between two states; empty before the first and after the last one.
-Shape shape_at(const Model& model, std::span<const std::uint32_t> states, double time_s) {
-  const auto time_of_state = [&](std::uint32_t state) { return model.sample_time_s(state); };
-  const auto next = std::ranges::lower_bound(states, time_s, {}, time_of_state);
-  if (next == states.end()) return {};
-  if (time_of_state(*next) == time_s) return {{model.sample(*next), 1.0f}};
-  if (next == states.begin()) return {};
-  const double before_s = time_of_state(*(next - 1));
-  const auto share = static_cast<float>((time_s - before_s) / (time_of_state(*next) - before_s));
-  return {{model.sample(*(next - 1)), 1 - share}, {model.sample(*next), share}};
+/// At a time since the first state, between two states; empty before it and after the last one.
+Shape shape_at(const Model& model, const RunSamples& run, double since_first_s) {
+  const auto times = model.view().sample_times;
+  const double time_s = times[run.first] + since_first_s;
+  if (since_first_s < 0 || time_s > times[run.first + run.count - 1]) return {};
+  const auto [before, share] = run.place_of(times, time_s);
+  const auto state = static_cast<std::uint32_t>(before);
+  const auto later = static_cast<float>(share);
+  if (later == 0) return {{model.sample(state), 1.0f}};
+  return {{model.sample(state), 1 - later}, {model.sample(state + 1), later}};
 }
 
 /// Displacements from the reference mesh, vertices x 3. positions: nodes x 3.
@@ -44,13 +35,12 @@ std::vector<double> displacements(const Model& model, std::uint32_t reference, s
 }
 
 /// Of the baked coefficients of all simulations that last until then.
-double spread_at(const Model& model, const SurfaceShapes& shapes, double since_impact_s) {
+double spread_at(const Model& model, std::span<const RunSamples> runs, const SurfaceShapes& shapes,
+                 double since_impact_s) {
   std::vector<double> sums(3 * model.modes()), squares(sums.size());
   double count = 0;
-  for (std::uint32_t run = 0; run < model.simulations(); ++run) {
-    const std::vector<std::uint32_t> states = states_of(model, run);
-    if (states.empty()) continue;
-    const Shape shape = shape_at(model, states, model.sample_time_s(states.front()) + since_impact_s);
+  for (const RunSamples& run : runs) {
+    const Shape shape = shape_at(model, run, since_impact_s);
     if (shape.empty()) continue;
     const std::vector<double> own = shapes.baked_coefficients(model, shape);
     for (std::size_t i = 0; i < own.size(); ++i) {
@@ -66,7 +56,7 @@ double spread_at(const Model& model, const SurfaceShapes& shapes, double since_i
 }
 
 ComparedFields compared(const Model& model, const SurfaceShapes& shapes, const StudiedFrame& frame,
-                        std::span<const float> simulated, double since_impact_s) {
+                        std::span<const float> simulated) {
   const std::vector<double> test = displacements(model, shapes.reference(), frame.estimate);
   const std::vector<double> of_test = shapes.coefficients(test),
                             simulation = shapes.coefficients(displacements(model, shapes.reference(), simulated));
@@ -76,7 +66,6 @@ ComparedFields compared(const Model& model, const SurfaceShapes& shapes, const S
   std::ranges::transform(of_test, simulation, fields.differences.begin(), std::minus<>{});
   fields.test_uncertainty = double{frame.result.fit.error_90} / 2;
   fields.average_residual = shapes.average_residual(test, of_test);
-  fields.spread = spread_at(model, shapes, since_impact_s);
   return fields;
 }
 
@@ -160,17 +149,21 @@ FieldComparison compare_fields(const Model& model, const FrameStudy& frames, con
   FieldComparison comparison;
   if (!is_explained || !channels.simulation) return {{}, "no simulation explains the test"};
   if (!channels.impact_s) return {{}, "the time of the impact is not known"};
-  const std::vector<std::uint32_t> states = states_of(model, *channels.simulation);
-  const double impact_s = model.sample_time_s(states.front());
+  const std::vector<RunSamples> runs =
+      samples_of_runs(model.samples(), [&](std::size_t s) { return model.view().samples[s][0]; });
+  const auto compared_run = std::ranges::find(
+      runs, *channels.simulation, [&](const RunSamples& run) { return model.view().samples[run.first][0]; });
+  if (compared_run == runs.end()) return {{}, "the model has no state of the simulation"};
   std::optional<SurfaceShapes> shapes;
   for (const StudiedFrame& frame : frames.frames) {
     const double since_impact_s = channels.since_impact(frame.time_s);
     if (!(since_impact_s > 0)) continue;  // undeformed shapes may differ
-    const Shape simulated = shape_at(model, states, impact_s + since_impact_s);
+    const Shape simulated = shape_at(model, *compared_run, since_impact_s);
     if (simulated.empty() || !std::isfinite(frame.result.fit.error_90)) continue;
     const std::uint32_t reference = std::min(frame.result.reference, model.references() - 1);
     if (!shapes || shapes->reference() != reference) shapes.emplace(model, reference);
-    comparison.frames.push_back(compared(model, *shapes, frame, positions_of(model, simulated), since_impact_s));
+    comparison.frames.push_back(compared(model, *shapes, frame, positions_of(model, simulated)));
+    comparison.frames.back().spread = spread_at(model, runs, *shapes, since_impact_s);
   }
   if (comparison.frames.empty()) comparison.why_not = "no frame after the impact has a bound of the estimate's error";
   return comparison;

@@ -18,7 +18,8 @@ class SurfaceShapes {
   [[nodiscard]] std::uint32_t reference() const noexcept { return reference_; }
   /// Of a field with three components per vertex of the reference: modes x 3.
   [[nodiscard]] std::vector<double> coefficients(std::span<const double> field) const;
-  /// Of a shape's positions, as baked; from those of another origin, they differ by the same for all shapes.
+  /// Of a shape's positions instead of its displacements, by the coefficients that the model has of its samples: only
+  /// their differences between shapes mean the same.
   [[nodiscard]] std::vector<double> baked_coefficients(const Model& model, const Shape& shape) const;
   /// Root of the mean square over the surface of what the coefficients lack of the field (CWA 16799, average residual).
   [[nodiscard]] double average_residual(std::span<const double> field, std::span<const double> coefficients) const;
@@ -26,7 +27,7 @@ class SurfaceShapes {
  private:
   std::uint32_t reference_;
   std::size_t modes_;
-  double root_share_ = 0;       // of the coefficients whose squares add up to the integral over the surface
+  double root_share_ = 0;       // 1 / sqrt(area): from the model's coefficients to these
   std::vector<double> shares_;  // of the surface, per vertex
   std::vector<double> values_;  // modes x vertices
 };
@@ -39,10 +40,10 @@ enum class FieldAgreement : std::uint8_t { acceptable, undecided, not_acceptable
 struct ComparedFields {
   double time_s = 0;                // since the test's first frame
   std::vector<double> differences;  // test minus simulation, modes x 3
-  double test_uncertainty = 0;      // half of what the mean error of 90 % of estimates does not exceed
-  double average_residual = 0;      // of the test's field
-  /// The largest standard deviation that a coefficient has over the simulations at this time, as baked: by nearest
-  /// points, which makes it a little smaller.
+  double test_uncertainty = 0;      // half of error_90
+  double average_residual = 0;      // of the test's field, see SurfaceShapes
+  /// The largest standard deviation of a coefficient over the simulations at this time, by the model's coefficients.
+  /// These are of the nearest points of the deformed surface, so it is a little too small.
   double spread = 0;
 
   /// u, of each coefficient of the test.
