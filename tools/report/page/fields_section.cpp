@@ -49,10 +49,11 @@ std::string verdict_text(const TestReport& report) {
          "). The displacements of the surface, of the estimate and of this simulation alone at the same time since the "
          "impact, are decomposed into " +
          std::to_string(report.model.modes()) +
-         " orthogonal shapes. A frame is acceptable if every coefficient is within 2 u of the test's; u is of the "
-         "estimate's error and of what the shapes lack of the estimate (average residual). It is undecided where u is "
-         "as large as the differences of the ensemble's simulations, or the residual larger than the estimate's "
-         "error. The estimate is composed of simulations: what none of them shows is not compared.</p>\n";
+         " orthogonal shapes. A frame is acceptable if every coefficient is within 2 u of the test's. u combines the "
+         "error of the estimate and the average residual, the part of its displacements that the shapes do not "
+         "represent. A frame is undecided where u is as large as the simulations of the ensemble differ, or where the "
+         "residual is larger than the error of the estimate. The estimate is a combination of simulations, so a "
+         "deformation that none of them has is not compared.</p>\n";
 }
 
 std::string row_of(const ComparedFields& frame) {
