@@ -78,7 +78,7 @@ void LsdaFile::change(std::string& directory, const Record& record) {
   const std::uint64_t bytes = record.end() - record.content;
   if (bytes <= longest_directory) directory = changed(std::move(directory), text_at(record.content, bytes));
   if (bytes > longest_directory || directory.size() > longest_directory)
-    file_.refuse_damaged(record.byte, "the name of a directory is longer than any of LS-DYNA");
+    file_.refuse_damaged(record.byte, "the name of a directory is longer than LS-DYNA writes");
 }
 
 void LsdaFile::visit_variable(const Record& record, const std::string& directory, const Visit& visit) {
