@@ -3,14 +3,6 @@
 #include <algorithm>
 
 namespace lbea::tool {
-namespace {
-
-/// Stamps wrap around.
-std::int64_t sum(std::int64_t a, std::int64_t b) noexcept {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-}
-
-}  // namespace
 
 RigIntake::RigIntake(ForwardedRig rig, std::uint32_t number, RunRecorder& recorder, wire::WireLimits limits)
     : name_(std::move(rig.name)),
@@ -70,7 +62,7 @@ void RigIntake::on_frame(const ReceivedFrame& frame) noexcept {
 void RigIntake::record(const ReceivedFrame& frame) noexcept {
   const wire::FrameHeader& header = frame.decoder.header();
   if (frame.status == wire::WireStatus::ok)
-    recorder_.frame_of_test(sum(header.stamp_ns, clock_offset_ns_), frame.receive_ns);
+    recorder_.frame_of_test(common_stamp_ns(header.stamp_ns, clock_offset_ns_), frame.receive_ns);
   recorder_.frame(frame.message, header, {frame.receive_ns, number_});
   if (header.cloud.empty()) ++damaged_;
   if (frame.message_status == wire::WireStatus::too_many_points) ++too_many_points_;

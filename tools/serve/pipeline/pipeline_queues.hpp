@@ -49,10 +49,8 @@ struct PipelineConfig {
   RunObserver* observer = nullptr;  // optional; must outlive the pipeline
 
   [[nodiscard]] std::size_t rig_count() const noexcept { return std::max<std::size_t>(rigs.size(), 1); }
-  /// Wraps around.
   [[nodiscard]] std::int64_t common_stamp_ns(std::uint32_t rig, std::int64_t stamp_ns) const noexcept {
-    const std::int64_t offset_ns = rig < rigs.size() ? rigs[rig].clock_offset_ns : 0;
-    return static_cast<std::int64_t>(static_cast<std::uint64_t>(stamp_ns) + static_cast<std::uint64_t>(offset_ns));
+    return tool::common_stamp_ns(stamp_ns, rig < rigs.size() ? rigs[rig].clock_offset_ns : 0);
   }
   static constexpr std::uint32_t slots_for_ends = 2;  // per rig of several, beside those for frames
   [[nodiscard]] std::size_t queue_capacity() const noexcept {

@@ -6,6 +6,11 @@
 
 namespace lbea::tool {
 
+/// A rig's stamp by the clock that all rigs have in common. Wraps around.
+[[nodiscard]] inline std::int64_t common_stamp_ns(std::int64_t stamp_ns, std::int64_t clock_offset_ns) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(stamp_ns) + static_cast<std::uint64_t>(clock_offset_ns));
+}
+
 /// When a frame was received, and from which of several rigs.
 struct Arrival {
   std::int64_t receive_ns = 0;
