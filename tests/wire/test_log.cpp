@@ -2,7 +2,6 @@
 #include "tools/shared/intake/log.hpp"
 
 #include <doctest/doctest.h>
-#include <spdlog/spdlog.h>
 
 #include <array>
 #include <sstream>
@@ -38,7 +37,7 @@ TEST_CASE("lines that nobody reads are dropped and counted, and the caller never
   std::thread reader;
   {
     const Log log("test", pipe.ends[1]);
-    for (std::uint64_t i = 0; i < lines; ++i) spdlog::info("number {}", i);
+    for (std::uint64_t i = 0; i < lines; ++i) lbea::tool::log_info("number {}", i);
     CHECK(lbea::tool::lost_log_lines() > lost_before);
     reader = std::thread([&] { text = pipe.read_all(); });
   }
@@ -61,7 +60,7 @@ TEST_CASE("without a reader, the end of the log does not wait for one") {
   const Pipe pipe;
   {
     const Log log("test", pipe.ends[1]);
-    for (int i = 0; i < 5000; ++i) spdlog::info("{:200}", i);  // 1,024 of them do not fit into a pipe
+    for (int i = 0; i < 5000; ++i) lbea::tool::log_info("{:200}", i);  // 1,024 of them do not fit into a pipe
   }
   CHECK(lbea::tool::lost_log_lines() > 0);
   ::close(pipe.ends[0]);
@@ -74,7 +73,7 @@ TEST_CASE("a name in a line of the log cannot change the terminal or add a line"
   const Pipe pipe;
   {
     const Log log("test", pipe.ends[1]);
-    spdlog::warn("peer {}", "\x1b[2J\nall is well");
+    lbea::tool::log_warning("peer {}", "\x1b[2J\nall is well");
   }
   ::close(pipe.ends[1]);
   const std::string text = pipe.read_all();

@@ -7,8 +7,6 @@
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/recording/recorded_run.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <thread>
 
 #include <sched.h>
@@ -35,9 +33,9 @@ constexpr int low_priority = 10, lowest_priority = 19;
 void lower_priority(bool is_live) {
   const sched_param none{};
   if (is_live && sched_setscheduler(0, SCHED_IDLE, &none) == 0)
-    return spdlog::info("priority: lowest (SCHED_IDLE), idle processor time only");
+    return log_info("priority: lowest (SCHED_IDLE), idle processor time only");
   setpriority(PRIO_PROCESS, 0, is_live ? lowest_priority : low_priority);
-  spdlog::info("priority: nice {}", getpriority(PRIO_PROCESS, 0));
+  log_info("priority: nice {}", getpriority(PRIO_PROCESS, 0));
 }
 
 void add_options(Tool& tool, Options& options) {
@@ -87,7 +85,7 @@ Model open_model(const std::string& file, std::uint64_t checksum) {
 std::optional<Model> model_of_server(const std::string& results_endpoint) {
   wire::WireContext context;
   wire::ResultSource results(context, results_endpoint);
-  spdlog::info("waiting for lbea-serve on {} to name its model", results_endpoint);
+  log_info("waiting for lbea-serve on {} to name its model", results_endpoint);
   const auto state = wait_for_state(results, [] { return stop_requested != 0; });
   return state ? std::optional(open_model(state->model.file, state->model.checksum)) : std::nullopt;
 }
@@ -102,7 +100,7 @@ int watch_recording(const Options& options) {
       options.recording_file, options.model_file.empty() ? open_model(settings.model_file, settings.model_checksum)
                                                          : Model::open(options.model_file));
   const WebServer server(options.web, *feed);
-  spdlog::info("ready: {} ({} frames)", server.url(), feed->frames());
+  log_info("ready: {} ({} frames)", server.url(), feed->frames());
   wait_for_stop();
   return exit_ok;
 }
@@ -119,7 +117,7 @@ int watch_test(const Options& options) {
   };
   feed->start(
       {[&](Snapshot snapshot) { server.publish(std::move(snapshot)); }, [&] { return server.is_awaited(); }, relay});
-  spdlog::info("ready: {}", server.url());
+  log_info("ready: {}", server.url());
   wait_for_stop();
   feed->stop();
   return exit_ok;

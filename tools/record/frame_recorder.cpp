@@ -6,8 +6,6 @@
 #include "tools/shared/intake/rig_options.hpp"
 #include "tools/shared/recording/trigger_signal.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <atomic>
 #include <deque>
@@ -212,7 +210,7 @@ int record(RecordOptions options) {
     results.emplace(context, options.results_endpoint, wire::results_held, matcher_access);
   const auto recorder = begin_recording(options.recording, settings_of(options));
   RecordingLog watch(recorder.get(), options.recording.file);
-  spdlog::info(ready_line(rigs));
+  log_info("{}", ready_line(rigs));
   warn_of_unbounded_peers();
   FrameRecorder frame_recorder(std::move(rigs), std::move(results), *recorder, limits);
   while (stop_requested == 0) {

@@ -3,7 +3,6 @@
 #include "tools/shared/cli/last_line.hpp"
 #include "tools/shared/intake/log.hpp"
 
-#include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
 namespace lbea::tool {
@@ -42,14 +41,13 @@ void warn_of_losses(const std::string& file, const RecordTally& tally, const std
   add(tally.silent, "senders that stopped without goodbye (their withheld captures are unknown)");
   add(lost_results, "results and states of the matcher");
   const std::string of_rig = rig.empty() ? "" : " of rig " + rig;
-  if (!losses.empty()) spdlog::warn("{} is incomplete; missing{}: {}", file, of_rig, losses);
+  if (!losses.empty()) log_warning("{} is incomplete; missing{}: {}", file, of_rig, losses);
   if (const std::uint64_t lost = tally.refused + tally.undelivered; lost > 0)
-    spdlog::warn(
+    log_warning(
         "the matcher did not get {} of {} frames{}{}; they are recorded", lost, tally.received, of_rig,
         is_upper_bound && tally.undelivered > 0 ? " (at most: what it received after its last state is unknown)" : "");
   if (tally.unforwarded_controls > 0)
-    spdlog::warn("the senders' last control messages{} did not reach the matcher; its account ends before them",
-                 of_rig);
+    log_warning("the senders' last control messages{} did not reach the matcher; its account ends before them", of_rig);
 }
 
 }  // namespace

@@ -4,13 +4,12 @@
 #include "tools/replay/report.hpp"
 #include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 #include "tools/shared/matching/assembled_views.hpp"
 #include "tools/shared/matching/views.hpp"
 #include "tools/shared/replaying/component_replay.hpp"
 #include "tools/shared/replaying/rig_replay.hpp"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -67,7 +66,7 @@ class ResultOutput {
     if (answer.state().frames > 0 && comparison_ == nullptr && !options_.json)
       std::printf("test%s: %s\n", printable(of).c_str(), printable(answer_text(answer.state(), names)).c_str());
     const std::string prefix = components_.size() > 1 ? component.name + ": " : "";
-    if (const std::string warning = answer.warning(); !warning.empty()) spdlog::warn("{}{}", prefix, warning);
+    if (const std::string warning = answer.warning(); !warning.empty()) log_warning("{}{}", prefix, warning);
   }
   void compare(const wire::WireResult& result) {
     const auto difference = comparison_->compare(result);
@@ -140,13 +139,13 @@ bool match_captures(RecordedRun& run, const Part& part, RigReplay& replay, const
 
 void warn_of_gaps(const ComparisonTally& tally, const std::string& file) {
   if (tally.edge_frames + tally.edge_results > 0)
-    spdlog::warn(
+    log_warning(
         "{} starts or ends between frames and their results: {} frames without a result and {} results without a frame "
         "are not compared",
         file, tally.edge_frames, tally.edge_results);
   if (tally.without_history > 0)
-    spdlog::warn("{}: the test began before the recording; {} results depend on earlier frames and are not compared",
-                 file, tally.without_history);
+    log_warning("{}: the test began before the recording; {} results depend on earlier frames and are not compared",
+                file, tally.without_history);
 }
 
 [[noreturn]] void report_nothing_compared(const ComparisonTally& tally, const std::string& file) {
@@ -179,7 +178,7 @@ std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>
     if (found == given.end()) continue;
     ordered.push_back(*found);
     if (ordered.size() > 1 && component.model_checksum != found->model.checksum())
-      spdlog::info("component {} was matched with another model ({})", component.name, component.model_file);
+      log_info("component {} was matched with another model ({})", component.name, component.model_file);
   }
   if (ordered.size() != recorded.size() || ordered.size() != given.size())
     throw Error(Status::bad_config, options.settings.recording + ": was matched with " +
@@ -198,7 +197,7 @@ bool match_components(RecordedRun& run, const Part& part, const ModelReplayOptio
                       std::vector<ComponentModel>& components, const FrameFates& fates, const ResultHandler& handle,
                       std::uint64_t& dropped) {
   settings.matcher.max_points = std::min(settings.matcher.max_points, most_points(fates));
-  if (settings.matcher.method == Method::fit) spdlog::info("tracked: {}", coupling_text(components));
+  if (settings.matcher.method == Method::fit) log_info("tracked: {}", coupling_text(components));
   const std::string& pose_file = options.settings.pose_file;
   complete_views(components, settings.matcher, settings.sensor_json,
                  pose_file.empty() ? options.settings.recording + " (sensor.json)" : pose_file);
@@ -247,7 +246,7 @@ bool replay_into_model(RecordedRun& run, const Part& part, const ModelReplayOpti
   };
   std::uint64_t dropped = 0;
   if (!match_again(run, part, options, settings, components, fates, handle, dropped)) return false;
-  if (dropped > 0) spdlog::info("{} recorded frames did not get into the matcher and are not matched", dropped);
+  if (dropped > 0) log_info("{} recorded frames did not get into the matcher and are not matched", dropped);
   output.finish();
   return !comparison || conclude(comparison->tally(), part, options);
 }

@@ -2,8 +2,7 @@
 
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/clock_times.hpp"
-
-#include <spdlog/spdlog.h>
+#include "tools/shared/intake/log.hpp"
 
 #include <algorithm>
 #include <thread>
@@ -40,7 +39,7 @@ bool Pace::wait_for(std::int64_t log_time_ns) {
   if (!begun_ || pause_ns < -longest_disorder_ns) {
     begin_at(log_time_ns);
   } else if (pause_ns > long_pause_ns) {
-    spdlog::info("no frame for {:.0f} s of the recording; --fast does not wait", 1e-9 * pause_ns);
+    log_info("no frame for {:.0f} s of the recording; --fast does not wait", 1e-9 * pause_ns);
   }
   last_ns_ = log_time_ns;
   const double offset_ns = std::min(difference_ns(log_time_ns, first_ns_) / options_.speed, latest_ns);

@@ -3,8 +3,8 @@
 #include "tools/replay/pace.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/log.hpp"
 
-#include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
 namespace lbea::tool {
@@ -64,8 +64,8 @@ std::uint64_t MatcherReceipts::ask(wire::FrameSink& frames, std::uint64_t sessio
   const std::uint64_t before = receipts_->sum().received;
   receipts_->collect(handshake, session, next_id);
   if (receipts_->knew(session))
-    spdlog::warn("the matcher had frames of session {:016x} before and refuses repeated ids; restart the matcher",
-                 session);
+    log_warning("the matcher had frames of session {:016x} before and refuses repeated ids; restart the matcher",
+                session);
   return receipts_->sum().received - before;
 }
 

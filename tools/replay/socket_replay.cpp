@@ -3,10 +3,9 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/replay/rig_outlet.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/intake/rig_options.hpp"
 #include "tools/shared/replaying/frame_fates.hpp"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <thread>
@@ -196,7 +195,7 @@ std::vector<RigEndpoint> endpoints_of(const std::vector<std::string>& to, const 
 /// A matcher also compares when the frames of several rigs arrive.
 void warn_of_pace(const PaceOptions& pace, std::size_t rigs) {
   if (rigs > 1 && (pace.waits_for_room() || pace.speed != 1))
-    spdlog::warn(
+    log_warning(
         "frames of several rigs at another pace than the recorded one: a matcher refuses those that arrive at other "
         "times than their stamps tell (out_of_step); start lbea-serve with a --wait-us longer than the replayed part");
 }

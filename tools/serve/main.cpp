@@ -17,8 +17,6 @@
 #include "tools/shared/matching/views.hpp"
 #include "tools/shared/recording/trigger_signal.hpp"
 
-#include <spdlog/spdlog.h>
-
 namespace lbea::tool {
 namespace {
 
@@ -79,7 +77,10 @@ void require_memory(const ServeOptions& options) {
 
 void report(const std::vector<Finding>& findings) {
   for (const auto& [name, level, text] : findings)
-    spdlog::log(level == Finding::Level::ok ? spdlog::level::info : spdlog::level::warn, "--{}: {}", name, text);
+    if (level == Finding::Level::ok)
+      log_info("--{}: {}", name, text);
+    else
+      log_warning("--{}: {}", name, text);
 }
 
 /// Runs until a stop signal; reports to systemd as long as all threads advance. False when a model was overwritten.
@@ -130,7 +131,7 @@ struct Publishers {
 int conclude(const Pipeline& pipeline, const std::string& length_unit, bool as_json, bool is_whole) {
   const wire::Counters counters = pipeline.counters();
   const std::string refusal = refusal_of_all(counters, length_unit);
-  if (!refusal.empty()) spdlog::error(refusal);
+  if (!refusal.empty()) log_error("{}", refusal);
   wait_for_log();
   print_last_line(as_json ? tally_json(counters, pipeline.rigs()) : tally_line(counters, pipeline.rigs()));
   return is_whole && is_complete(counters) && refusal.empty() ? exit_ok : exit_failed;
@@ -186,7 +187,7 @@ struct Engines {
   void start_components(const std::vector<ComponentModel>& components, const ServeOptions& options,
                         const HistorySettings& settings) {
     of_components.emplace(components, options.matcher, settings);
-    if (options.matcher.method == Method::fit) spdlog::info("tracked: {}", coupling_text(components));
+    if (options.matcher.method == Method::fit) log_info("tracked: {}", coupling_text(components));
   }
 };
 
@@ -242,9 +243,9 @@ int serve_models(const ServeOptions& options, const std::vector<ServedModel>& mo
   std::optional<http::MetricsServer> metrics;
   if (!options.metrics_address.empty())
     metrics.emplace(options.metrics_address, [&] { return metrics_page(*pipeline); });
-  spdlog::info(ready);
+  log_info("{}", ready);
   warn_of_unbounded_peers();
-  if (metrics) spdlog::info("metrics on http://{}/metrics", metrics->address());
+  if (metrics) log_info("metrics on http://{}/metrics", metrics->address());
   service.ready(ready);
   const bool has_model =
       supervise(*pipeline, peer_logs(*pipeline, publishers), recording, std::move(model_watches), service);

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "tools/serve/pipeline/pipeline.hpp"
-
-#include <spdlog/spdlog.h>
+#include "tools/shared/intake/log.hpp"
 
 namespace lbea::tool {
 
@@ -20,15 +19,15 @@ class Watchdog {
     while (stalled < rounds.size() && rounds[stalled] != seen_[stalled]) ++stalled;
     const bool all_advanced = stalled == rounds.size();
     if (all_advanced) {
-      if (has_warned_) spdlog::info("all threads advance again");
+      if (has_warned_) log_info("all threads advance again");
       seen_ = rounds;
       since_ = now;
       has_warned_ = false;
     } else if (now - since_ > max_stall && !has_warned_) {
       has_warned_ = true;
-      spdlog::error("the {} thread has not advanced for a second; {}", thread_names[stalled],
-                    stalled == 1 ? "it is matching frame " + std::to_string(pipeline_.current_frame())
-                                 : "check what it waits for");
+      log_error("the {} thread has not advanced for a second; {}", thread_names[stalled],
+                stalled == 1 ? "it is matching frame " + std::to_string(pipeline_.current_frame())
+                             : "check what it waits for");
     }
     return all_advanced;
   }
@@ -53,13 +52,13 @@ class ModelWatch {
     if (has_warned_ || !model_.file_was_written()) return !(has_warned_ && needs_file_);
     has_warned_ = true;
     if (needs_file_)
-      spdlog::error(
+      log_error(
           "{} was written to while frames are matched with it: the program ends, because they would be matched "
           "wrongly; "
           "replace a model by renaming another file (mv), then restart",
           file_);
     else
-      spdlog::warn(
+      log_warning(
           "{} was written to: frames are still matched with the former model, but no field is inferred any more; "
           "restart "
           "to use the new model",

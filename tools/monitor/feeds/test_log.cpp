@@ -5,8 +5,9 @@
 #include "tools/shared/cli/channel_column.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/intake/doubtful.hpp"
+#include "tools/shared/intake/log.hpp"
 
-#include <spdlog/fmt/fmt.h>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>

@@ -1,8 +1,7 @@
 #include "tools/shared/intake/frame_log.hpp"
 
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/intake/test_answer.hpp"
-
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 
@@ -36,8 +35,8 @@ void FrameLog::write() {
   for (; const Event* event = events_.front(); events_.release()) write(*event);
   const std::uint64_t lost = without_room_.exchange(0);
   if (lost > 0 && without_room_line_.is_due(lost))
-    spdlog::warn("{} further events came too fast for the log; the counters include them{}", lost,
-                 without_room_line_.suppressed_text());
+    log_warning("{} further events came too fast for the log; the counters include them{}", lost,
+                without_room_line_.suppressed_text());
 }
 
 void FrameLog::write(const Event& event) {
@@ -45,22 +44,22 @@ void FrameLog::write(const Event& event) {
     write_refusal(event.ids);
   } else if (event.kind == Event::Kind::low_coverage) {
     if (LogLine& line = low_coverage_[event.of]; line.is_due())
-      spdlog::warn("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
-                   pose_warning(event.number), line.suppressed_text());
+      log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
+                  pose_warning(event.number), line.suppressed_text());
   } else if (event.kind == Event::Kind::departed_points) {
     if (departures_.is_due())
-      spdlog::warn("frame {}: {}{}", event.ids.first, departure_warning(event.number), departures_.suppressed_text());
+      log_warning("frame {}: {}{}", event.ids.first, departure_warning(event.number), departures_.suppressed_text());
   } else if (event.kind == Event::Kind::wrong_times) {
     if (wrong_times_.is_due())
-      spdlog::warn("frame {}: {}{}", event.ids.first, capture_times_warning(event.times),
-                   wrong_times_.suppressed_text());
+      log_warning("frame {}: {}{}", event.ids.first, capture_times_warning(event.times),
+                  wrong_times_.suppressed_text());
   } else if (event.kind == Event::Kind::contradiction) {
-    spdlog::warn("capture {}: {}", event.ids.first, contradiction_warning());
+    log_warning("capture {}: {}", event.ids.first, contradiction_warning());
   } else if (event.kind == Event::Kind::unused_rig) {
-    spdlog::warn("capture {}: {}", event.ids.first, unused_rig_warning(event.unused));
+    log_warning("capture {}: {}", event.ids.first, unused_rig_warning(event.unused));
   } else if (event.kind == Event::Kind::far_stamp) {
     if (far_stamps_.is_due())
-      spdlog::warn(
+      log_warning(
           "frame {}: its stamp is {:.3g} s {} --trigger-ns, far outside the simulations; are both in ns of the "
           "sender's clock?{}",
           event.ids.first, std::abs(event.number), event.number < 0 ? "before" : "after",
@@ -68,10 +67,9 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::clock) {
     write_clock(event);
   } else if (event.kind == Event::Kind::new_session) {
-    if (new_sessions_.is_due())
-      spdlog::info("{}frame {}: from session {:016x}", prefix_, event.ids.first, event.session);
+    if (new_sessions_.is_due()) log_info("{}frame {}: from session {:016x}", prefix_, event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {
-    spdlog::info("{}end of stream before frame {} of session {:016x}", prefix_, event.ids.first, event.session);
+    log_info("{}end of stream before frame {} of session {:016x}", prefix_, event.ids.first, event.session);
   } else {
     write_problem(event.status, event.ids);
   }
@@ -79,9 +77,9 @@ void FrameLog::write(const Event& event) {
 
 void FrameLog::write_clock(const Event& event) {
   if (event.number == 0)
-    spdlog::info("capture {}: rig {}: its clock agrees with the first rig's again", event.ids.first, event.of);
+    log_info("capture {}: rig {}: its clock agrees with the first rig's again", event.ids.first, event.of);
   else
-    spdlog::warn(
+    log_warning(
         "capture {}: rig {}: by the impact, its clock is {:.1f} ms {} the first rig's, and its stamps are corrected; "
         "synchronize "
         "the clocks before the next test",
@@ -90,7 +88,7 @@ void FrameLog::write_clock(const Event& event) {
 
 void FrameLog::write_refusal(IdRange ids) {
   if (!refusals_.is_due(ids.count)) return;
-  spdlog::warn(
+  log_warning(
       "{}{}: refused: recorded, but not forwarded: the matcher is absent, does not know this program's key, or has no "
       "room{}",
       prefix_, frames_text(ids), refusals_.suppressed_text());
@@ -100,7 +98,7 @@ void FrameLog::write_problem(wire::WireStatus status, IdRange ids) {
   LogLine& line = by_status_[static_cast<std::size_t>(status)];
   if (!line.is_due(ids.count)) return;
   const std::string what = is_identified(status) ? frames_text(ids) : "a message";
-  spdlog::warn("{}{}: {}: {}{}", prefix_, what, wire::to_string(status), wire::explain(status), line.suppressed_text());
+  log_warning("{}{}: {}: {}{}", prefix_, what, wire::to_string(status), wire::explain(status), line.suppressed_text());
 }
 
 void FrameLog::write(const std::vector<wire::WireSender>& senders) {
@@ -109,11 +107,11 @@ void FrameLog::write(const std::vector<wire::WireSender>& senders) {
     const auto before = known == known_.end() ? wire::SenderCondition::active : known->condition;
     if (sender.condition == before) continue;
     if (sender.condition == wire::SenderCondition::silent)
-      spdlog::warn("session {:016x} is silent {} without goodbye; is its program alive?", sender.session,
-                   sender.next_id > sender.first_id ? "after frame " + std::to_string(sender.next_id - 1)
-                                                    : "before its first frame");
+      log_warning("session {:016x} is silent {} without goodbye; is its program alive?", sender.session,
+                  sender.next_id > sender.first_id ? "after frame " + std::to_string(sender.next_id - 1)
+                                                   : "before its first frame");
     else if (before == wire::SenderCondition::silent)
-      spdlog::info("session {:016x} is back, next frame {}", sender.session, sender.next_id);
+      log_info("session {:016x} is back, next frame {}", sender.session, sender.next_id);
   }
   known_ = senders;
 }
@@ -121,7 +119,7 @@ void FrameLog::write(const std::vector<wire::WireSender>& senders) {
 void FrameLog::write(const wire::Counters& counters) {
   if (counters.interleaved == known_returns_ || !alternations_.is_due()) return;
   known_returns_ = counters.interleaved;
-  spdlog::warn(
+  log_warning(
       "{}frames of different senders alternate ({} returns to an earlier one): their tests are mixed; stop all senders "
       "but "
       "one, or give lbea-serve --one-sender",
@@ -131,7 +129,7 @@ void FrameLog::write(const wire::Counters& counters) {
 void warn_of_unfinished(const std::vector<wire::WireSender>& senders) {
   for (const wire::WireSender& sender : senders)
     if (sender.condition != wire::SenderCondition::ended && sender.next_id > sender.first_id)
-      spdlog::warn(
+      log_warning(
           "session {:016x} did not say goodbye: its captures are accounted for up to id {}; later ones are unknown",
           sender.session, sender.next_id - 1);
 }
@@ -143,7 +141,7 @@ void PeerLog::poll(Clock::time_point now) {
   std::string stranger, offender;
   for (const wire::PeerVisit& visit : visits_()) {
     if (visit.answer == admitted && !visit.name.empty())
-      spdlog::info("{}: {} connected{}", endpoint_, visit.name, from(visit.address));
+      log_info("{}: {} connected{}", endpoint_, visit.name, from(visit.address));
     if (visit.answer == unknown) stranger = ", one of them" + from(visit.address);
     if (visit.answer == offending)
       offender = "; the last one, " + (visit.name.empty() ? "unnamed" : visit.name) + from(visit.address) + ", sent " +
@@ -152,7 +150,7 @@ void PeerLog::poll(Clock::time_point now) {
   const wire::PeerCounts counts = counts_();
   const auto warn = [&](std::uint64_t wire::PeerCounts::*count, const char* action, const std::string& which) {
     if (counts.*count > logged_.*count)
-      spdlog::warn("{}: {} {} connections {}", endpoint_, action, counts.*count - logged_.*count, which);
+      log_warning("{}: {} {} connections {}", endpoint_, action, counts.*count - logged_.*count, which);
   };
   warn(&wire::PeerCounts::unknown, "refused", "without an allowed key (--allow)" + stranger);
   warn(&wire::PeerCounts::excess, "refused", "beyond --max-peers");
@@ -164,7 +162,7 @@ void PeerLog::poll(Clock::time_point now) {
 
 void warn_of_unbounded_peers() {
   if (!wire::has_peer_bounds())
-    spdlog::warn("built with the system's libzmq: one peer can end this program or use up its memory");
+    log_warning("built with the system's libzmq: one peer can end this program or use up its memory");
 }
 
 }  // namespace lbea::tool

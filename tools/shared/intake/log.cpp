@@ -30,12 +30,24 @@ std::string_view color_of(spdlog::level::level_enum level) {
   return level == spdlog::level::warn ? "\033[33m\033[1m" : "\033[32m";
 }
 
+spdlog::level::level_enum level_of(LogLevel level) {
+  switch (level) {
+    case LogLevel::info:
+      return spdlog::level::info;
+    case LogLevel::warning:
+      return spdlog::level::warn;
+    case LogLevel::error:
+      break;
+  }
+  return spdlog::level::err;
+}
+
 }  // namespace
 
 /// Writes lines on the log's thread.
-class LogWriter final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
+class LogSink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
-  explicit LogWriter(int descriptor)
+  explicit LogSink(int descriptor)
       : outlet_(descriptor), has_colors_(::isatty(descriptor) != 0 && spdlog::details::os::is_color_terminal()) {}
   /// From this time on, lines without a reader are dropped.
   void end_at(Clock::time_point time) { end_ = time.time_since_epoch().count(); }
@@ -68,22 +80,40 @@ class LogWriter final : public spdlog::sinks::base_sink<spdlog::details::null_mu
   std::uint64_t told_ = lost_log_lines();
 };
 
-Log::Log(const std::string& program, int descriptor)
-    : before_(spdlog::default_logger()),
-      writer_(std::make_shared<LogWriter>(descriptor)),
-      thread_(std::make_shared<spdlog::details::thread_pool>(lines_held, 1)) {
-  log_thread = thread_.get();
-  auto logger =
-      std::make_shared<spdlog::async_logger>(program, writer_, thread_, spdlog::async_overflow_policy::overrun_oldest);
-  logger->set_error_handler([](const std::string&) { ++unwritten; });
-  spdlog::set_default_logger(std::move(logger));
-}
+/// Replaces spdlog's default logger.
+class Log::Writer {
+ public:
+  Writer(const std::string& program, int descriptor)
+      : before_(spdlog::default_logger()),
+        sink_(std::make_shared<LogSink>(descriptor)),
+        thread_(std::make_shared<spdlog::details::thread_pool>(lines_held, 1)) {
+    log_thread = thread_.get();
+    auto logger =
+        std::make_shared<spdlog::async_logger>(program, sink_, thread_, spdlog::async_overflow_policy::overrun_oldest);
+    logger->set_error_handler([](const std::string&) { ++unwritten; });
+    spdlog::set_default_logger(std::move(logger));
+  }
+  ~Writer() {
+    sink_->end_at(Clock::now() + longest_wait);
+    spdlog::set_default_logger(before_);
+    thread_.reset();  // ends it after the lines held
+    log_thread = nullptr;
+  }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
 
-Log::~Log() {
-  writer_->end_at(Clock::now() + longest_wait);
-  spdlog::set_default_logger(before_);
-  thread_.reset();  // ends it after the lines held
-  log_thread = nullptr;
+ private:
+  std::shared_ptr<spdlog::logger> before_;
+  std::shared_ptr<LogSink> sink_;
+  std::shared_ptr<spdlog::details::thread_pool> thread_;
+};
+
+Log::Log(const std::string& program, int descriptor) : writer_(std::make_unique<Writer>(program, descriptor)) {}
+
+Log::~Log() = default;
+
+void write_log(LogLevel level, fmt::string_view pattern, fmt::format_args values) {
+  spdlog::log(level_of(level), fmt::vformat(pattern, values));
 }
 
 std::uint64_t lost_log_lines() {

@@ -2,7 +2,7 @@
 // a hung connection) stops nothing else.
 #pragma once
 
-#include <spdlog/async.h>
+#include <fmt/core.h>
 
 #include <cstdint>
 #include <memory>
@@ -12,9 +12,26 @@
 
 namespace lbea::tool {
 
-class LogWriter;
+enum class LogLevel : std::uint8_t { info, warning, error };
 
-/// Replaces spdlog's default logger until the end of the scope.
+/// Writes a line to the log, or to standard output where there is no Log. Any thread.
+void write_log(LogLevel level, fmt::string_view pattern, fmt::format_args values);
+
+/// The same with a pattern of fmt, which the compiler checks.
+template <class... Values>
+void log_info(fmt::format_string<Values...> pattern, Values&&... values) {
+  write_log(LogLevel::info, pattern, fmt::make_format_args(values...));
+}
+template <class... Values>
+void log_warning(fmt::format_string<Values...> pattern, Values&&... values) {
+  write_log(LogLevel::warning, pattern, fmt::make_format_args(values...));
+}
+template <class... Values>
+void log_error(fmt::format_string<Values...> pattern, Values&&... values) {
+  write_log(LogLevel::error, pattern, fmt::make_format_args(values...));
+}
+
+/// Receives the lines of the log until the end of the scope.
 class Log {
  public:
   static constexpr std::size_t lines_held = 1024;  // beyond it the oldest line is dropped and counted
@@ -26,9 +43,8 @@ class Log {
   Log& operator=(const Log&) = delete;
 
  private:
-  std::shared_ptr<spdlog::logger> before_;
-  std::shared_ptr<LogWriter> writer_;
-  std::shared_ptr<spdlog::details::thread_pool> thread_;
+  class Writer;
+  std::unique_ptr<Writer> writer_;
 };
 
 /// Lines that were dropped because nobody read them, or that could not be written. Any thread.

@@ -6,10 +6,9 @@
 #include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/track/same_runs.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/box_of_samples.hpp"
 #include "tools/shared/matching/views.hpp"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
@@ -91,7 +90,7 @@ std::optional<bake::StereoSensor> sensor_of(const std::string& sensor_json, cons
   try {
     return io::parse_sensor_json(sensor_json, io::path_of(name), length_unit).sensor;
   } catch (const Error& error) {
-    spdlog::warn("frames are matched as if they showed each component alone, because {}", error.what());
+    log_warning("frames are matched as if they showed each component alone, because {}", error.what());
     return {};
   }
 }
@@ -121,7 +120,7 @@ void complete_views(std::vector<ComponentModel>& components, const MatcherConfig
       component.views = views_for(config, component.model, sensor_json, name);
       continue;
     }
-    spdlog::info("rendering {} samples of {} between the other components", component.model.samples(), component.name);
+    log_info("rendering {} samples of {} between the other components", component.model.samples(), component.name);
     component.views = assembled_views(component.model, others, *sensor);
   }
 }

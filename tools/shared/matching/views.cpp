@@ -5,9 +5,8 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "tools/shared/cli/progress.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/box_of_samples.hpp"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +55,7 @@ SensorViews views_for(const MatcherConfig& config, const Model& model, const std
         baked.empty()
             ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
             : "the model's depth images were rendered for another pose; give this rig's with --pose sensor.json");
-  spdlog::info("the model holds no depth images for this pose: rendering {} samples", model.samples());
+  log_info("the model holds no depth images for this pose: rendering {} samples", model.samples());
   return rendered(model, io::parse_sensor_json(sensor_json, io::path_of(name)).sensor);
 }
 

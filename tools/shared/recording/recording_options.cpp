@@ -3,10 +3,9 @@
 #include "adapters/files/file_names.hpp"
 #include "runtime/src/model/mapped_file.hpp"
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/intake/log.hpp"
 #include "tools/shared/recording/local_time.hpp"
 #include "tools/shared/recording/trigger_signal.hpp"
-
-#include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <ctime>
@@ -109,7 +108,7 @@ std::unique_ptr<RunRecorder> begin_recording(const RecordingOptions& options, Ru
   settings.record_window = options.window;
   auto recorder = std::make_unique<RunRecorder>(io::path_of(options.file), config, settings);
   if (config.window && options.trigger_ns) recorder->trigger_at(*options.trigger_ns);
-  spdlog::info("recording to {}{}", options.file, config.window ? ", waiting for the trigger" : "");
+  log_info("recording to {}{}", options.file, config.window ? ", waiting for the trigger" : "");
   return recorder;
 }
 
@@ -118,13 +117,13 @@ void RecordingLog::forward_trigger() {
   if (recorder_ != nullptr && recorder_->status().window)
     recorder_->trigger_now();
   else
-    spdlog::warn("SIGUSR1: there is no --record-window to trigger; the signal is ignored");
+    log_warning("SIGUSR1: there is no --record-window to trigger; the signal is ignored");
 }
 
 void RecordingLog::log_clock_step() {
   const std::int64_t step_ns = wire::system_clock_ns() - wire::wall_clock_ns();
   if (std::abs(step_ns - clock_step_ns_) < least_clock_step_ns) return;
-  spdlog::warn(
+  log_warning(
       "the system's clock stepped by {:.1f} s; the times of results and recordings go on without the step until this "
       "program is restarted",
       1e-9 * static_cast<double>(step_ns - clock_step_ns_));
@@ -146,7 +145,7 @@ void RecordingLog::log_changes(const RecorderStatus& status) {
   const auto now = Clock::now();
   const std::uint64_t lost = this->lost();
   if ((lost != lost_ || status.failed_syncs != failed_syncs_) && now - last_loss_ >= log_interval) {
-    spdlog::error(
+    log_error(
         "recording: LOST so far: {} frames and {} results and states because memory was full, {} and {} because a "
         "write failed{}",
         status.frames.no_room, status.notes.no_room, status.frames.write_failed, status.notes.write_failed,
@@ -157,11 +156,11 @@ void RecordingLog::log_changes(const RecorderStatus& status) {
   }
   const bool is_slow = status.phase == wire::RecordingPhase::recording && status.ring_used > status.ring_bytes / 4 * 3;
   if (is_slow && now - last_warning_ >= log_interval) {
-    spdlog::warn("recording: the disk is slow; {} MB of {} MB are waiting to be written", status.ring_used / megabyte,
-                 status.ring_bytes / megabyte);
+    log_warning("recording: the disk is slow; {} MB of {} MB are waiting to be written", status.ring_used / megabyte,
+                status.ring_bytes / megabyte);
     last_warning_ = now;
   }
-  if (status.phase != phase_ && status.phase == wire::RecordingPhase::recording) spdlog::info("recording: triggered");
+  if (status.phase != phase_ && status.phase == wire::RecordingPhase::recording) log_info("recording: triggered");
   if (status.phase != phase_ && status.phase == wire::RecordingPhase::finished) log_end(status);
   phase_ = status.phase;
 }
@@ -170,12 +169,12 @@ std::uint64_t RecordingLog::lost() const { return recorder_->counts().unrecorded
 
 void RecordingLog::log_end(const RecorderStatus& status) {
   if (status.has_ended_untriggered())
-    spdlog::error("recording: THERE WAS NO TRIGGER: none of {} frames was recorded, {} is empty", status.frames.outside,
-                  file_);
+    log_error("recording: THERE WAS NO TRIGGER: none of {} frames was recorded, {} is empty", status.frames.outside,
+              file_);
   else if (status.is_sound() && lost() == 0)
-    spdlog::info("recording: {} is complete", file_);
+    log_info("recording: {} is complete", file_);
   else
-    spdlog::error(
+    log_error(
         "recording: {} is closed and NOT complete: {} frames, results and states are lost, {} syncs to the disk "
         "failed{}",
         file_, lost(), status.failed_syncs, reason(status.last_error));
@@ -187,12 +186,11 @@ bool RecordingLog::finish() {
   last_loss_ = {};
   log_changes(status);
   if (status.phase == wire::RecordingPhase::failed)
-    spdlog::error("recording: {} could not be closed{}; the recorded part is in {}, see lbea-inspect --recover", file_,
-                  reason(status.last_error), mcap::partial_name(io::path_of(file_)).string());
-  spdlog::info("recorded {} frames and {} results and states, {} MB; longest write {} ms, peak memory use {} %",
-               status.frames.recorded, status.notes.recorded, status.bytes / megabyte,
-               status.longest_write_ns / 1'000'000,
-               100 * status.ring_peak / std::max<std::size_t>(status.ring_bytes, 1));
+    log_error("recording: {} could not be closed{}; the recorded part is in {}, see lbea-inspect --recover", file_,
+              reason(status.last_error), mcap::partial_name(io::path_of(file_)).string());
+  log_info("recorded {} frames and {} results and states, {} MB; longest write {} ms, peak memory use {} %",
+           status.frames.recorded, status.notes.recorded, status.bytes / megabyte, status.longest_write_ns / 1'000'000,
+           100 * status.ring_peak / std::max<std::size_t>(status.ring_bytes, 1));
   return status.is_sound() && lost() == 0;
 }
 

@@ -4,8 +4,7 @@
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/shared/cli/method_names.hpp"
-
-#include <spdlog/spdlog.h>
+#include "tools/shared/intake/log.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -57,7 +56,7 @@ bool is_of_recorder(const RunSettings& settings) { return settings.program.start
 void report_unknown(const std::string& what, const SettingsOptions& options) {
   const std::string sentence = options.recording + ": the recording does not contain " + what;
   if (options.needs_all) throw Error(Status::bad_config, sentence);
-  spdlog::warn(sentence);
+  log_warning("{}", sentence);
 }
 
 void complete_method(RunSettings& settings, const SettingsOptions& options) {
@@ -133,7 +132,7 @@ RunSettings replay_settings(RunSettings recorded, const Model& model, const Sett
   complete_pose(settings, options);
   if (options.frames_alone) settings.frames_alone = 1;
   if (settings.model_checksum != 0 && settings.model_checksum != model.checksum())
-    spdlog::info("{} is not the model of the recording ({})", options.model_file, settings.model_file);
+    log_info("{} is not the model of the recording ({})", options.model_file, settings.model_file);
   settings.model_file = options.model_file;
   settings.model_checksum = model.checksum();
   return settings;
