@@ -289,6 +289,24 @@ TEST_CASE("a pose error turns about the center by the given angle and shifts by 
   }
 }
 
+TEST_CASE(
+    "samples without a number at an element do not count; with more than half of the weight, none is the result") {
+  const std::vector<float> a{1, NAN, NAN, 1}, b{3, 3, NAN, NAN}, c{5, 5, 4, 4};
+  const std::vector<WeightedRow> rows{{a, 0.5f}, {b, 0.25f}, {c, 0.25f}};
+  std::vector<float> m, spread;
+  weighted_mean(rows, m);
+  CHECK(m[0] == 2.5f);
+  CHECK(std::isnan(m[1]));  // exactly half is not more than half of it
+  CHECK(std::isnan(m[2]));
+  CHECK(m[3] == 2);  // (0.5 * 1 + 0.25 * 4) / 0.75
+  weighted_spread(rows, m, 1, spread);
+  CHECK(std::isnan(spread[2]));
+  CHECK(spread[3] == doctest::Approx(std::sqrt((0.5 * 1 + 0.25 * 4) / 0.75)));
+  Inferred inferred;
+  infer(std::vector<WeightedRow>{{a, -0.25f}, {b, 0.75f}, {c, 0.5f}}, rows, 1, inferred);
+  CHECK(inferred.mean[1] == doctest::Approx((0.75 * 3 + 0.5 * 5) / 1.25));
+}
+
 TEST_CASE("weighted mean and spread by their formulas") {
   const std::vector<float> a{1, 2, 3, 4, 5, 6}, b{3, 2, 1, 0, 5, 10};
   const std::vector<WeightedRow> rows{{a, 0.25f}, {b, 0.75f}};

@@ -11,8 +11,9 @@
 
 namespace lbea {
 
-/// A field, or the node positions, of the estimate, and their spread over the plausible samples. An object that is kept
-/// from frame to frame reuses its memory.
+/// A field, or the node positions, of the estimate, and their spread over the plausible samples. Samples in which an
+/// element is eroded, where the field is not a number, do not count; with more than half of the weight in them, nor is
+/// the result. An object that is kept from frame to frame reuses its memory.
 struct Inferred {
   std::vector<float> mean;      // as Model::field_values(), Model::node_positions()
   std::vector<float> spread;    // per element or node: standard deviation of the plausible samples about `mean`

@@ -28,15 +28,29 @@ Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const 
   return result;
 }
 
+/// Of the rows whose value is a number, as that of an eroded element is not: the mean of the values, or of their
+/// squared distances from `about`. Not a number unless those rows have more than half of the weight.
+float mean_of_numbers(std::span<const WeightedRow> rows, std::size_t i, const float* about) {
+  float sum = 0, all = 0, of_numbers = 0;
+  for (const WeightedRow& row : rows) {
+    const float value = row.values[i];
+    all += row.weight;
+    if (std::isnan(value)) continue;
+    of_numbers += row.weight;
+    sum += row.weight * (about == nullptr ? value : square<float>(value - *about));
+  }
+  return of_numbers > all / 2 ? sum / of_numbers : std::numeric_limits<float>::quiet_NaN();
+}
+
 /// Limits each value to the range of the rows: an extrapolated strain, for example, could be negative.
 void keep_within(std::span<const WeightedRow> rows, std::vector<float>& mean) {
   for (std::size_t i = 0; i < mean.size(); ++i) {
-    float low = rows.front().values[i], high = low;
+    float low = std::numeric_limits<float>::infinity(), high = -low;
     for (const WeightedRow& row : rows) {
       low = std::min(low, row.values[i]);
       high = std::max(high, row.values[i]);
     }
-    mean[i] = std::clamp(mean[i], low, high);
+    mean[i] = std::min(std::max(mean[i], low), high);  // NaN stays
   }
 }
 
@@ -71,6 +85,8 @@ void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into) 
   into.assign(rows.empty() ? 0 : rows.front().values.size(), 0.0f);
   for (const WeightedRow& row : rows)
     for (std::size_t i = 0; i < into.size(); ++i) into[i] += row.weight * row.values[i];
+  for (std::size_t i = 0; i < into.size(); ++i)
+    if (std::isnan(into[i])) into[i] = mean_of_numbers(rows, i, nullptr);
 }
 
 void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
@@ -84,7 +100,10 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
       into[i / components] += row.weight * off * off;
     }
   }
-  for (float& value : into) value = all > 0 ? std::sqrt(value / all) : 0;
+  for (std::size_t i = 0; i < into.size(); ++i)
+    into[i] = std::sqrt(components == 1 && std::isnan(into[i]) ? mean_of_numbers(rows, i, &about[i])
+                        : all > 0                              ? into[i] / all
+                                                               : 0);
 }
 
 void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> plausible, std::size_t components,

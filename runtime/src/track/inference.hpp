@@ -13,11 +13,13 @@ struct WeightedRow {
   float weight = 0;
 };
 
-/// into[i] = sum of weight * values[i]. Rows have the same length, and weights that add up to 1.
+/// into[i] = sum of weight * values[i]. Rows have the same length, and weights that add up to 1. Values that are not
+/// numbers do not count; with more than half of the weight in them, nor is the result.
 void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into);
 
 /// into[i] = sqrt(sum of weight * |values[i] - about[i]|^2 / sum of weight), per group of `components` values: the
-/// standard deviation of the rows about a value that need not be their mean.
+/// standard deviation of the rows about a value that need not be their mean. Of single values, those that are not
+/// numbers do not count, as above.
 void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
                      std::vector<float>& into);
 
