@@ -28,6 +28,7 @@ struct SimulationMesh {
   /// surface when the solid of the other one has eroded.
   std::size_t touching = 0;
   bool has_solver_ids = true;  // false: the file has no node ids, they count its nodes
+  bool is_continued = false;   // the states have no free nodes: SurfaceContinuation was applied to them before
 
   [[nodiscard]] std::size_t nodes() const noexcept { return node_ids.size(); }
 };

@@ -123,7 +123,8 @@ void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& refere
   work_in_parallel(reference.states.size(), options.threads, [&](const auto& next) {
     for (std::size_t i = next(); i < reference.states.size(); i = next()) {
       stage.check();
-      const auto& [time_s, positions] = reference.states[i];
+      const double time_s = reference.states[i].time_s;
+      const std::vector<float>& positions = reference.states[i].positions;
       plan.bases[i] = basis_key(reference.region, mesh, positions, modes, time_s);
       if (!work.has({WorkKind::basis, plan.bases[i]}))
         write_basis(work, plan.bases[i], reference_basis(reference.region, positions, mesh.node_ids, modes, time_s));

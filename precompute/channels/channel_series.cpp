@@ -145,16 +145,21 @@ std::vector<double> cfc_filtered_series(std::span<const double> times, std::span
   return cfc_filtered_at(times, values, cfc);
 }
 
-double field_statistic(const PlannedChannel& channel, std::span<const float> values) noexcept {
-  const auto value = [&](std::uint32_t element) { return double{values[element]}; };
-  const auto [least, most] = std::ranges::minmax_element(channel.elements, {}, value);
-  if (channel.kind != ChannelKind::mean) return value(channel.kind == ChannelKind::minimum ? *least : *most);
-  double sum = 0, area = 0;
+double field_statistic(const PlannedChannel& channel, std::span<const float> values,
+                       std::span<const std::uint8_t> present) noexcept {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double least = infinity, most = -infinity, sum = 0, area = 0;
   for (std::size_t i = 0; i < channel.elements.size(); ++i) {
-    sum += channel.areas[i] * value(channel.elements[i]);
+    const std::uint32_t element = channel.elements[i];
+    if (present[element] == 0) continue;
+    const double value = double{values[element]};
+    least = std::min(least, value);
+    if (!(value < most)) most = value;
+    sum += channel.areas[i] * value;
     area += channel.areas[i];
   }
-  return sum / area;
+  if (channel.kind == ChannelKind::mean) return sum / area;
+  return channel.kind == ChannelKind::minimum ? least : most;
 }
 
 ChannelRecorder::ChannelRecorder(const std::vector<PlannedChannel>& channels, std::vector<std::uint32_t> nodes)
@@ -182,20 +187,24 @@ void ChannelRecorder::add(std::span<const float> positions, std::span<const std:
     }
 }
 
-void ChannelRecorder::add_fields(std::span<const std::vector<float>> fields, std::span<const SimulationField> names,
-                                 std::span<const std::uint32_t> element_ids, std::uint32_t state,
-                                 const std::string& run) {
+void ChannelRecorder::add_fields(std::span<const std::vector<float>> fields, std::span<const std::uint8_t> present,
+                                 std::span<const SimulationField> names, std::span<const std::uint32_t> element_ids,
+                                 std::uint32_t state, const std::string& run) {
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const PlannedChannel& channel = channels_[c];
     if (!is_of_field(channel.kind)) continue;
     const std::vector<float>& values = fields[channel.field];
     for (const std::uint32_t element : channel.elements)
-      if (!format::is_measured(values[element]))
+      if (present[element] != 0 && !format::is_measured(values[element]))
         refuse_run("run " + run + ", state " + std::to_string(state) + ": field '" + names[channel.field].name +
                    "' of element " + std::to_string(element_ids[element]) +
                    " is not finite or beyond 1e12, and channel '" + channel.name +
                    "' needs it; correct the run, leave it out or choose other elements");
-    of_steps_[c].push_back(static_cast<float>(field_statistic(channel, values)));
+    const double statistic = field_statistic(channel, values, present);
+    if (!format::is_measured(statistic))
+      refuse_run("run " + run + ", state " + std::to_string(state) + ": all elements of channel '" + channel.name +
+                 "' are eroded; leave out this state and later ones, or choose more elements");
+    of_steps_[c].push_back(static_cast<float>(statistic));
   }
 }
 

@@ -44,9 +44,10 @@ using Track = std::vector<Eigen::Vector3d>;
 [[nodiscard]] std::vector<double> cfc_filtered_series(std::span<const double> times, std::span<const double> values,
                                                       std::uint32_t cfc);
 
-/// The minimum, maximum or mean, weighted by the areas, of a field over the channel's elements, whose values are
-/// finite. values: of all elements of the common mesh.
-[[nodiscard]] double field_statistic(const PlannedChannel& channel, std::span<const float> values) noexcept;
+/// The minimum, maximum or mean, weighted by the areas, of a field over the channel's elements that are present; their
+/// values are finite. Not finite when none is. values, present: of all elements of the common mesh.
+[[nodiscard]] double field_statistic(const PlannedChannel& channel, std::span<const float> values,
+                                     std::span<const std::uint8_t> present) noexcept;
 
 /// The channels of a run, state by state.
 class ChannelRecorder {
@@ -60,8 +61,9 @@ class ChannelRecorder {
            const std::string& run);
   /// Of the same state, when it is one of those of values(). fields: [field][element of the common mesh].
   /// Throws Error{bad_input} naming run, state, field and element if a value is not finite or too large.
-  void add_fields(std::span<const std::vector<float>> fields, std::span<const SimulationField> names,
-                  std::span<const std::uint32_t> element_ids, std::uint32_t state, const std::string& run);
+  void add_fields(std::span<const std::vector<float>> fields, std::span<const std::uint8_t> present,
+                  std::span<const SimulationField> names, std::span<const std::uint32_t> element_ids,
+                  std::uint32_t state, const std::string& run);
   /// Of a channel that is a history: the values at the steps of values().
   void set_history(std::size_t channel, std::vector<float> values) { of_steps_[channel] = std::move(values); }
   /// channels x steps. steps: states, all of them added. NaN: of a field or history that was not given. Throws

@@ -49,9 +49,10 @@ class StereoDepthRenderer final : public DepthRenderer {
 
   [[nodiscard]] const DepthCamera& camera() const noexcept override { return camera_; }
 
-  void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
+  void render(std::span<const float> positions, std::span<const std::uint8_t> present,
+              std::span<std::uint16_t> image) const override {
     std::unique_ptr<Workspace> workspace = take_workspace();
-    workspace->mesh.place({positions});
+    workspace->mesh.place({positions, present});
     add_up(workspace->mesh.measured(SensingNoise{}.min_cos_incidence), workspace->cells);
     std::ranges::fill(image, empty_cell);
     for (std::size_t cell = 0; cell < workspace->cells.size(); ++cell) image[cell] = depth_of(workspace->cells[cell]);

@@ -10,9 +10,10 @@ class DepthRenderer {
  public:
   virtual ~DepthRenderer() = default;
   [[nodiscard]] virtual const DepthCamera& camera() const noexcept = 0;
-  /// positions: nodes x 3, reference coordinates; image: padded_cells(camera()), see DepthImages. Safe from several
-  /// threads.
-  virtual void render(std::span<const float> positions, std::span<std::uint16_t> image) const = 0;
+  /// positions: nodes x 3, reference coordinates; present: per element, 0 = not on the surface, empty: all are; image:
+  /// padded_cells(camera()), see DepthImages. Safe from several threads.
+  virtual void render(std::span<const float> positions, std::span<const std::uint8_t> present,
+                      std::span<std::uint16_t> image) const = 0;
 };
 
 /// Measured on a rail ensemble: finer cells do not find better samples.

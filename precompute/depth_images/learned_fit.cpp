@@ -4,6 +4,7 @@
 #include "precompute/depth_images/sample_cache.hpp"
 #include "precompute/parallel.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 #include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
@@ -357,7 +358,7 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
 SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
                                 const std::function<void(std::size_t done)>& progress) {
   const auto render = [&](std::uint32_t sample, std::span<std::uint16_t> image) {
-    renderer.render(model.node_positions(sample), image);
+    renderer.render(model.node_positions(sample), present_elements(model, sample), image);
   };
   return render_depth_images(model, renderer.camera(), render, threads, progress);
 }

@@ -216,6 +216,8 @@ void plan_large_sections(ModelPlan& model, const BakePlan& bake) {
   }
   plan.push_back({SectionId::simulation_branches, 0, ElementType::u32, {info.simulations}});
   if (has_landmarks(info, description)) plan_landmarks(plan, info);
+  if (bake.survey.lacks_elements())
+    plan.push_back({SectionId::eroded_elements, 0, ElementType::u32, {s, format::words_of_elements(info.elements)}});
   if (channels > 0) plan.push_back({SectionId::channel_values, 0, ElementType::f32, {channels, s}});
   if (!bake.camera) return;
   plan_views(plan, info, *bake.camera, 0);

@@ -5,6 +5,7 @@
 #include "precompute/model_file/model_sections.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/samples/sample_record.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 
 namespace lbea::bake {
 namespace {
@@ -21,6 +22,7 @@ class RunAppender {
         writer_(writer),
         sample_(plan, bases),
         fields_(writer, plan.survey.fields.size(), plan.description.compact_fields),
+        lacks_elements_(plan.survey.lacks_elements()),
         image_(plan.camera ? padded_cells(*plan.camera) : 0),
         envelope_(plan.survey.min, plan.survey.max, plan.description.margin()),
         moments_(bases.size()) {
@@ -32,7 +34,7 @@ class RunAppender {
     GridAndImagesReader grid_and_images(work_, plan_, run);
     for (std::size_t step = 0; step < plan_.survey.runs[run].steps.size(); ++step, ++samples_) {
       stage.check();
-      read_sample(record, sample_);
+      read_sample(record, sample_, plan_.survey.runs[run]);
       write_sample_rows();
       if (!image_.empty()) grid_and_images.image(image_);
       if (!image_.empty()) writer_.write<std::uint16_t>(SectionId::view_depths, 0, samples_ * image_.size(), image_);
@@ -67,6 +69,7 @@ class RunAppender {
   void write_sample_rows() {
     write_row(SectionId::node_positions, 0, sample_.positions);
     if (landmarks_) landmarks_->write(samples_, sample_.positions);
+    if (lacks_elements_) write_row(SectionId::eroded_elements, 0, sample_.eroded);
     for (std::uint32_t field = 0; field < sample_.fields.size(); ++field)
       fields_.write(field, samples_, sample_.fields[field]);
     for (std::size_t part = 0; part < sample_.coefficients.size(); ++part)
@@ -81,6 +84,7 @@ class RunAppender {
   SampleRecord sample_;
   FieldSections fields_;
   std::optional<LandmarkSection> landmarks_;
+  bool lacks_elements_;
   std::vector<std::uint16_t> image_;
   EnvelopeBuilder envelope_;
   std::vector<Moments> moments_;  // added in the order of the runs: floating-point sums depend on it
@@ -145,11 +149,16 @@ void write_more_views(const BakePlan& plan, const SampleSource& first, const Bak
     const std::size_t cells = padded_cells(camera);
     work_in_parallel(first.samples.size(), options.threads, [&](const auto& next) {
       std::vector<float> positions(3 * first.nodes);
+      std::vector<std::uint32_t> eroded(format::words_of_elements(first.elements));
+      std::vector<std::uint8_t> present(plan.survey.lacks_elements() ? first.elements : 0);
       std::vector<std::uint16_t> image(cells);
       for (std::size_t sample = next(); sample < first.samples.size(); sample = next()) {
         rendering.check();
         first.read_positions(sample, positions);
-        renderer->render(positions, image);
+        if (!present.empty())
+          writer.read<std::uint32_t>(SectionId::eroded_elements, 0, sample * eroded.size(), std::span(eroded));
+        unpack_eroded(eroded, present);
+        renderer->render(positions, present, image);
         writer.write<std::uint16_t>(SectionId::view_depths, part, sample * cells, image);
         rendering.step();
       }

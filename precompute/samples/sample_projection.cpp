@@ -2,9 +2,11 @@
 
 #include "precompute/channels/channel_history.hpp"
 #include "precompute/parallel.hpp"
+#include "precompute/survey/surface_continuation.hpp"
 #include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/correspondence.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -66,8 +68,9 @@ class RunProjector {
       : plan_(plan),
         projections_(projections),
         sample_(plan, projections.bases),
-        points_(sample_.positions.size() / 3),
-        index_(grid_around(box, points_.size()), static_cast<std::uint32_t>(points_.size())),
+        present_(plan.survey.mesh.elements.size(), 1),
+        index_(grid_around(box, sample_.positions.size() / 3),
+               static_cast<std::uint32_t>(sample_.positions.size() / 3)),
         corresponding_(projections.bases.front().vertex_nodes.size()),
         places_(projections.bases.front().vertex_nodes.size()),
         moments_(projections.bases.size()) {}
@@ -79,19 +82,23 @@ class RunProjector {
     const RunSurvey& survey = plan_.survey.runs[run];
     const MeshMapping mapping = map_common(plan_.survey.mesh, reader.mesh(), name);
     ChannelRecorder channels(plan_.channels, mapping.nodes);
+    SurfaceContinuation continuation(reader.mesh());
     for (const std::uint32_t step : states_to_read(reader, survey)) {
       stage.check();
       reader.read(step, state_);
+      continuation.apply(state_);
       if (needs_all_states()) channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name);
       if (!std::ranges::binary_search(survey.steps, step)) continue;
       check_state(reader, state_, name, step);
+      if (survey.lacks_elements) find_present(reader.mesh(), mapping, step, name);
       copy_positions(mapping);
       copy_fields(mapping, survey);
-      channels.add_fields(sample_.fields, plan_.survey.fields, plan_.survey.mesh.element_ids, step, name);
+      channels.add_fields(sample_.fields, present_, plan_.survey.fields, plan_.survey.mesh.element_ids, step, name);
+      find_surface_nodes(survey);
       if (index_.build(points_, identity_transform).used != points_.size())
         throw Error(Status::bad_input, "run " + name + " changed while it was read; bake again");
       for (std::size_t reference = 0; reference < moments_.size(); ++reference) project_onto(reference);
-      write_sample(record, sample_);
+      write_sample(record, sample_, survey);
       stage.step();
     }
     add_histories(channels, reader, survey, name);
@@ -127,7 +134,33 @@ class RunProjector {
     for (std::size_t i = 0; i < mapping.nodes.size(); ++i) {
       const float* from = &state_.positions[3 * std::size_t{mapping.nodes[i]}];
       std::copy_n(from, 3, &sample_.positions[3 * i]);
-      points_[i] = {from[0], from[1], from[2]};
+    }
+  }
+
+  void find_present(const SimulationMesh& mesh, const MeshMapping& mapping, std::uint32_t step,
+                    const std::string& name) {
+    const std::vector<std::uint8_t> surface = exposed_elements(mesh, state_.alive);
+    for (std::size_t e = 0; e < present_.size(); ++e) present_[e] = surface[mapping.elements[e]];
+    pack_eroded(present_, sample_.eroded);
+    if (std::ranges::find(present_, 1) == present_.end())
+      throw Error(Status::bad_input, "run " + name + ", state " + std::to_string(step) +
+                                         ": all elements are eroded; leave out this state and later ones");
+  }
+
+  /// Those that a sensor could see: without the nodes of which all elements are eroded, and those inside of solids.
+  void find_surface_nodes(const RunSurvey& survey) {
+    const std::size_t nodes = sample_.positions.size() / 3;
+    std::vector<std::uint8_t> is_seen(nodes, survey.lacks_elements ? 0 : 1);
+    for (std::size_t e = 0; survey.lacks_elements && e < present_.size(); ++e)
+      for (const std::uint32_t node : plan_.survey.mesh.elements[e])
+        if (present_[e] != 0) is_seen[node] = 1;
+    surface_nodes_.clear();
+    points_.clear();
+    for (std::uint32_t node = 0; node < nodes; ++node) {
+      if (is_seen[node] == 0) continue;
+      const float* at = &sample_.positions[3 * std::size_t{node}];
+      surface_nodes_.push_back(node);
+      points_.push_back({at[0], at[1], at[2]});
     }
   }
 
@@ -135,15 +168,19 @@ class RunProjector {
     for (std::size_t field = 0; field < run.fields.size(); ++field) {
       const std::vector<float>& from = state_.fields[run.fields[field]];
       for (std::size_t e = 0; e < mapping.elements.size(); ++e) sample_.fields[field][e] = from[mapping.elements[e]];
+      for (std::size_t e = 0; e < present_.size(); ++e)
+        if (present_[e] == 0) sample_.fields[field][e] = std::numeric_limits<float>::quiet_NaN();
     }
   }
 
-  // Step 3: the nearest node of the whole deformed mesh for every vertex of sim_ref. Step 5: alpha = Psi' M f (f = x,
-  // y, z).
+  // Step 3: the nearest node of the whole deformed surface for every vertex of sim_ref: at a hole one around it, as the
+  // frame of such a component has only points around it. Step 5: alpha = Psi' M f (f = x, y, z).
   void project_onto(std::size_t part) {
     const ReferenceBasis& reference = projections_.bases[part];
     correspond(index_, reference.vertex_positions, corresponding_, places_);
-    if (!sample_.correspondence.empty()) sample_.correspondence[part] = places_;
+    if (!sample_.correspondence.empty())
+      std::ranges::transform(places_, sample_.correspondence[part].begin(),
+                             [&](std::uint32_t place) { return surface_nodes_[place]; });
     Eigen::MatrixXd f(reference.mass.size(), 3);
     for (Eigen::Index axis = 0; axis < 3; ++axis)
       for (Eigen::Index v = 0; v < f.rows(); ++v)
@@ -167,10 +204,12 @@ class RunProjector {
   const Projections& projections_;
   SampleRecord sample_;
   SimulationState state_;
-  std::vector<Point> points_;  // N, the sample's positions
+  std::vector<std::uint8_t> present_;         // E, 0 = the sample lacks it
+  std::vector<std::uint32_t> surface_nodes_;  // of the sample
+  std::vector<Point> points_;                 // their positions
   CloudIndex index_;
   Positions corresponding_;            // n
-  std::vector<std::uint32_t> places_;  // n, nodes
+  std::vector<std::uint32_t> places_;  // n, places in surface_nodes_
   std::vector<Moments> moments_;       // per reference
 };
 

@@ -1,6 +1,7 @@
 #include "precompute/samples/sample_record.hpp"
 
 #include "precompute/work/archive.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 
 #include <numeric>
 
@@ -12,13 +13,21 @@ static void members(auto& a, Moments& m) {
 
 namespace {
 // The order of a sample's rows in the file.
-void for_each_row(auto& sample, const auto& row) {
+void for_each_row(auto& sample, bool lacks_elements, const auto& row) {
   row(sample.positions);
   for (auto& field : sample.fields) row(field);
   for (std::size_t reference = 0; reference < sample.coefficients.size(); ++reference) {
     row(sample.coefficients[reference]);
     if (!sample.correspondence.empty()) row(sample.correspondence[reference]);
   }
+  if (lacks_elements) row(sample.eroded);
+}
+
+std::vector<Quad> present_ones(const std::vector<Quad>& elements, std::span<const std::uint8_t> present) {
+  std::vector<Quad> kept;
+  for (std::size_t e = 0; e < elements.size(); ++e)
+    if (present[e] != 0) kept.push_back(elements[e]);
+  return kept;
 }
 
 double squared_in(const Eigen::VectorXd& mass, const Eigen::MatrixXd& f) { return mass.dot(f.rowwise().squaredNorm()); }
@@ -33,7 +42,8 @@ void add_to(Eigen::MatrixXd& sum, const Eigen::MatrixXd& term) {
 
 SampleRecord::SampleRecord(const BakePlan& plan, const std::vector<ReferenceBasis>& bases)
     : positions(3 * plan.survey.mesh.node_ids.size()),
-      fields(plan.survey.fields.size(), std::vector<float>(plan.survey.mesh.elements.size())) {
+      fields(plan.survey.fields.size(), std::vector<float>(plan.survey.mesh.elements.size())),
+      eroded(format::words_of_elements(plan.survey.mesh.elements.size())) {
   for (const ReferenceBasis& basis : bases) {
     coefficients.emplace_back(3 * format::padded(static_cast<std::size_t>(basis.projection.rows())));
     if (plan.description.correspondence) correspondence.emplace_back(basis.vertex_nodes.size());
@@ -42,16 +52,17 @@ SampleRecord::SampleRecord(const BakePlan& plan, const std::vector<ReferenceBasi
 
 std::size_t SampleRecord::bytes() const {
   std::size_t sum = 0;
-  for_each_row(*this, [&](const auto& row) { sum += std::as_bytes(std::span(row)).size(); });
+  for_each_row(*this, true, [&](const auto& row) { sum += std::as_bytes(std::span(row)).size(); });
   return sum;
 }
 
-void write_sample(WorkWriter& file, const SampleRecord& sample) {
-  for_each_row(sample, [&](const auto& row) { file.bytes(std::as_bytes(std::span(row))); });
+void write_sample(WorkWriter& file, const SampleRecord& sample, const RunSurvey& run) {
+  for_each_row(sample, run.lacks_elements, [&](const auto& row) { file.bytes(std::as_bytes(std::span(row))); });
 }
 
-void read_sample(WorkReader& file, SampleRecord& sample) {
-  for_each_row(sample, [&](auto& row) { file.bytes(std::as_writable_bytes(std::span(row))); });
+void read_sample(WorkReader& file, SampleRecord& sample, const RunSurvey& run) {
+  for_each_row(sample, run.lacks_elements, [&](auto& row) { file.bytes(std::as_writable_bytes(std::span(row))); });
+  if (!run.lacks_elements) std::ranges::fill(sample.eroded, 0u);
 }
 
 void write_moments(WorkWriter& file, const std::vector<Moments>& moments) { Saver{file}(moments); }
@@ -118,11 +129,15 @@ void write_grid_and_images(const WorkFolder& work, const BakePlan& plan, std::si
   WorkWriter file = work.writer(plan.runs[run].grid_and_images_name());
   EnvelopeBuilder envelope(plan.survey.min, plan.survey.max, plan.description.margin());
   std::vector<std::uint16_t> image(renderer != nullptr ? padded_cells(renderer->camera()) : 0, empty_cell);
-  for (std::size_t sample = 0; sample < plan.survey.runs[run].steps.size(); ++sample) {
-    read_sample(record, buffer);
-    envelope.add(buffer.positions, plan.survey.mesh.elements);
+  const RunSurvey& survey = plan.survey.runs[run];
+  const std::vector<Quad>& elements = plan.survey.mesh.elements;
+  std::vector<std::uint8_t> present(survey.lacks_elements ? elements.size() : 0);
+  for (std::size_t sample = 0; sample < survey.steps.size(); ++sample) {
+    read_sample(record, buffer, survey);
+    unpack_eroded(buffer.eroded, present);
+    envelope.add(buffer.positions, present.empty() ? elements : present_ones(elements, present));
     if (renderer == nullptr) continue;
-    renderer->render(buffer.positions, image);
+    renderer->render(buffer.positions, present, image);
     file.bytes(std::as_bytes(std::span(image)));
   }
   (void)read_moments(record);

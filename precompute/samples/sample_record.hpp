@@ -7,19 +7,21 @@
 #include "precompute/work/bake_plan.hpp"
 
 namespace lbea::bake {
-/// One sample's rows of the model's sections.
+/// One sample's rows of the model's sections. Those of a run that lacks elements hold `eroded`, too.
 struct SampleRecord {
   std::vector<float> positions;                            // N x 3
   std::vector<std::vector<float>> fields;                  // [field][element]
   std::vector<std::vector<float>> coefficients;            // [reference][axis x padded mode]
   std::vector<std::vector<std::uint32_t>> correspondence;  // [reference][vertex]; empty without VtP
+  std::vector<std::uint32_t> eroded;                       // as pack_eroded() makes it; zeros in other runs
 
   SampleRecord(const BakePlan& plan, const std::vector<ReferenceBasis>& bases);
   [[nodiscard]] std::size_t bytes() const;
 };
 
-void write_sample(WorkWriter& file, const SampleRecord& sample);
-void read_sample(WorkReader& file, SampleRecord& sample);
+/// run: of the sample.
+void write_sample(WorkWriter& file, const SampleRecord& sample, const RunSurvey& run);
+void read_sample(WorkReader& file, SampleRecord& sample, const RunSurvey& run);
 
 /// Sums over samples f (n x 3) and their coefficients alpha = Psi' M f (p x 3), both relative to the reference mesh:
 /// how much of the samples' variance the p modes keep, in the inner product of M.

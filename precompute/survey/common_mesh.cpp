@@ -41,6 +41,12 @@ bool same_numbering(const SimulationMesh& a, const SimulationMesh& b) {
   return a.node_ids == b.node_ids && a.element_ids == b.element_ids && a.elements == b.elements;
 }
 
+/// In the samples of both.
+Presence in_both(Presence a, Presence b) {
+  if (a == Presence::missing || b == Presence::missing) return Presence::missing;
+  return a == b ? a : Presence::sometimes;
+}
+
 double edge_length(const SimulationMesh& mesh, std::uint32_t element) {
   const float* a = &mesh.positions[3 * std::size_t{mesh.elements[element][0]}];
   const float* b = &mesh.positions[3 * std::size_t{mesh.elements[element][1]}];
@@ -78,43 +84,74 @@ bool has_numbers_of(const SimulationMesh& reference, const SimulationMesh& mesh)
   return static_cast<double>(shared) >= least_share * smaller && change <= most_change * length;
 }
 
+void PresenceInStates::add(std::span<const std::uint8_t> surface) {
+  for (std::size_t e = 0; e < surface.size(); ++e) (surface[e] != 0 ? seen_ : lacked_)[e] = 1;
+}
+
+std::vector<Presence> PresenceInStates::presence() const {
+  std::vector<Presence> presence(seen_.size());
+  std::ranges::transform(seen_, lacked_, presence.begin(), [](std::uint8_t seen, std::uint8_t lacked) {
+    if (seen == 0) return Presence::never;
+    return lacked == 0 ? Presence::always : Presence::sometimes;
+  });
+  return presence;
+}
+
 std::vector<Presence> common_elements(const SimulationMesh& reference, const SimulationMesh& mesh,
-                                      std::span<const std::uint8_t> alive, const std::string& run) {
+                                      std::span<const Presence> present, const std::string& run) {
   check_mesh(mesh, run);
-  if (alive.size() != mesh.elements.size())
-    throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(alive.size()) +
+  if (present.size() != mesh.elements.size())
+    throw Error(Status::bad_input, "run " + run + ": deletion flags for " + std::to_string(present.size()) +
                                        " elements, but there are " + std::to_string(mesh.elements.size()));
-  const auto presence = [](std::uint8_t is_alive) { return is_alive != 0 ? Presence::alive : Presence::eroded; };
+  if (same_numbering(mesh, reference)) return {present.begin(), present.end()};
   std::vector<Presence> common(reference.elements.size());
-  if (same_numbering(mesh, reference)) {
-    std::ranges::transform(alive, common.begin(), presence);
-    return common;
-  }
   (void)index_nodes(mesh.node_ids, run);
   const ElementIndex index = index_elements(mesh);
   for (std::size_t e = 0; e < common.size(); ++e) {
     const auto found = index.find(key_of(reference.node_ids, reference.elements[e], reference.element_ids[e]));
-    common[e] = found == index.end() ? Presence::missing : presence(alive[found->second]);
+    common[e] = found == index.end() ? Presence::missing : present[found->second];
   }
   return common;
 }
 
 CommonMeshBuilder::CommonMeshBuilder(SimulationMesh reference, const std::string& run)
-    : reference_(std::move(reference)), presence_(reference_.elements.size(), Presence::alive) {
+    : reference_(std::move(reference)), presence_(reference_.elements.size()) {
   check_mesh(reference_, run);
   (void)index_nodes(reference_.node_ids, run);
+  for (std::size_t e = 0; e < presence_.size(); ++e) presence_[e] = usual(e);
 }
 
 void CommonMeshBuilder::keep(std::span<const Presence> common, const std::string& run) {
-  for (std::size_t e = 0; e < presence_.size(); ++e)
-    if (common[e] != Presence::alive && presence_[e] != Presence::eroded) presence_[e] = common[e];
-  if (std::ranges::find(common, Presence::eroded) != common.end()) eroding_runs_.push_back(run);
+  std::vector<Unusual>& unusual = unusual_.emplace_back();
+  const bool is_first = unusual_.size() == 1;
+  bool erodes = false;
+  for (std::size_t e = 0; e < presence_.size(); ++e) {
+    presence_[e] = is_first ? common[e] : in_both(presence_[e], common[e]);
+    if (common[e] == usual(e) || common[e] == Presence::missing) continue;
+    unusual.push_back({static_cast<std::uint32_t>(e), common[e]});
+    erodes = erodes || usual(e) == Presence::always;
+  }
+  if (erodes) eroding_runs_.push_back(run);
 }
 
 std::vector<std::uint8_t> CommonMeshBuilder::kept() const {
-  std::vector<std::uint8_t> alive(presence_.size());
-  std::ranges::transform(presence_, alive.begin(), [](Presence p) { return p == Presence::alive ? 1 : 0; });
-  return exposed_elements(reference_, std::move(alive));
+  std::vector<std::uint8_t> kept(presence_.size());
+  std::ranges::transform(presence_, kept.begin(),
+                         [](Presence p) { return p == Presence::always || p == Presence::sometimes ? 1 : 0; });
+  return kept;
+}
+
+std::vector<std::uint8_t> CommonMeshBuilder::lack_elements() const {
+  const std::vector<std::uint8_t> kept = this->kept();
+  const auto exposed = std::count(kept.end() - static_cast<std::ptrdiff_t>(reference_.touching), kept.end(), 1);
+  std::vector<std::uint8_t> lack;
+  for (const std::vector<Unusual>& run : unusual_) {
+    const bool lacks_outer = std::ranges::any_of(
+        run, [&](const Unusual& u) { return kept[u.element] != 0 && usual(u.element) == Presence::always; });
+    const auto always = std::ranges::count(run, Presence::always, &Unusual::presence);  // faces between solids
+    lack.push_back(lacks_outer || always < exposed ? 1 : 0);
+  }
+  return lack;
 }
 
 MeshLosses CommonMeshBuilder::losses() const {
@@ -124,7 +161,8 @@ MeshLosses CommonMeshBuilder::losses() const {
   const std::size_t outer = kept.size() - reference_.touching;
   std::vector<std::uint8_t> before(reference_.nodes()), after(reference_.nodes());
   for (std::size_t e = 0; e < kept.size(); ++e) {
-    if (e < outer && presence_[e] == Presence::eroded) ++losses.eroded;
+    if (e < outer && presence_[e] == Presence::never) ++losses.eroded;
+    if (e < outer && presence_[e] == Presence::sometimes) ++losses.eroding;
     if (e < outer && presence_[e] == Presence::missing) ++losses.missing;
     if (e >= outer) losses.exposed += kept[e];
     for (const std::uint32_t node : reference_.elements[e]) {
@@ -162,8 +200,8 @@ CommonMesh CommonMeshBuilder::finish() const {
   }
   if (common.elements.empty())
     throw Error(Status::bad_input,
-                "no element is common to all used states of all runs; do they show the same component with the same "
-                "numbering? Leave out runs or late time steps");
+                "no element is common to all runs; do they show the same component with the same numbering? Leave out "
+                "runs");
   return common;
 }
 

@@ -1,8 +1,10 @@
 #include "precompute/survey/reference.hpp"
 
 #include "precompute/basis/mesh_laplacian.hpp"
+#include "precompute/survey/surface_continuation.hpp"
 #include "precompute/work/bake_plan.hpp"
 
+#include <functional>
 #include <unordered_set>
 
 namespace lbea::bake {
@@ -38,9 +40,11 @@ Mask chosen_nodes(const CommonMesh& mesh, std::span<const float> positions, cons
   return chosen;
 }
 
-std::vector<Quad> chosen_elements(const CommonMesh& mesh, const std::vector<std::uint32_t>& parts, const Mask& nodes) {
+std::vector<Quad> chosen_elements(const CommonMesh& mesh, const RegionCriteria& criteria, const Mask& nodes) {
+  const std::vector<std::uint32_t>& parts = criteria.parts;
   std::vector<Quad> chosen;
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+    if (!criteria.present.empty() && criteria.present[e] == 0) continue;
     const Quad& q = mesh.elements[e];
     const bool of_part = parts.empty() || std::find(parts.begin(), parts.end(), mesh.element_parts[e]) != parts.end();
     if (of_part && std::all_of(q.begin(), q.end(), [&](std::uint32_t node) { return nodes[node] != 0; }))
@@ -69,6 +73,7 @@ class ReferenceRun {
       : name_(plan.ensemble.runs[plan.ensemble.reference_run].name),
         reader_(plan.ensemble.runs[plan.ensemble.reference_run].open()),
         mapping_(map_common(plan.survey.mesh, reader_->mesh(), name_)),
+        continuation_(reader_->mesh()),
         time_factor_(plan.description.time_factor) {
     const EnsembleDescription& description = plan.description;
     if (description.impact_step >= reader_->states())
@@ -81,11 +86,14 @@ class ReferenceRun {
   ReferenceState at(std::uint32_t step) {
     reader_->read(step, state_);
     check_state(*reader_, state_, name_, step);
+    continuation_.apply(state_);
     ReferenceState reference{(reader_->time_s(step) - impact_time_) * time_factor_, {}};
     for (const std::uint32_t node : mapping_.nodes) {
       const float* p = &state_.positions[3 * std::size_t{node}];
       reference.positions.insert(reference.positions.end(), p, p + 3);
     }
+    const std::vector<std::uint8_t> surface = exposed_elements(reader_->mesh(), state_.alive);
+    for (const std::uint32_t element : mapping_.elements) reference.present.push_back(surface[element]);
     return reference;
   }
 
@@ -93,15 +101,31 @@ class ReferenceRun {
   const std::string& name_;
   std::unique_ptr<SimulationReader> reader_;
   MeshMapping mapping_;
+  SurfaceContinuation continuation_;
   double time_factor_;
   double impact_time_ = 0;
   SimulationState state_;
 };
 
+CommonMesh surface_of(const CommonMesh& mesh, const Mask& present) {
+  CommonMesh surface{mesh.node_ids, {}, {}, {}};
+  for (std::size_t e = 0; e < present.size(); ++e) {
+    if (present[e] == 0) continue;
+    surface.elements.push_back(mesh.elements[e]);
+    surface.element_ids.push_back(mesh.element_ids[e]);
+    surface.element_parts.push_back(mesh.element_parts[e]);
+  }
+  return surface;
+}
+
+/// states: the reference meshes.
 ObservedRegion choose_region(const RegionDescription& region, const BakeOptions& options, const Survey& survey,
-                             const ReferenceState& impact) {
-  RegionCriteria criteria{region.parts, region.box, region.node_ids, {}};
-  if (options.visible_nodes) criteria.visible = options.visible_nodes(survey.mesh, impact.positions);
+                             const ReferenceState& impact, const std::vector<ReferenceState>& states) {
+  RegionCriteria criteria{region.parts, region.box, region.node_ids, {}, impact.present};
+  if (options.visible_nodes)
+    criteria.visible = options.visible_nodes(surface_of(survey.mesh, impact.present), impact.positions);
+  for (const ReferenceState& state : states)
+    std::ranges::transform(criteria.present, state.present, criteria.present.begin(), std::bit_and{});
   return observed_region(survey.mesh, impact.positions, criteria, survey.reference_node_ids);
 }
 
@@ -126,7 +150,7 @@ ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> po
                                         " entries for " + std::to_string(mesh.node_ids.size()) + " nodes");
 
   ObservedRegion region;
-  region.elements = chosen_elements(mesh, criteria.parts, chosen_nodes(mesh, positions, criteria));
+  region.elements = chosen_elements(mesh, criteria, chosen_nodes(mesh, positions, criteria));
   region.without_area = remove_flat(region.elements, positions);
   if (region.elements.empty())
     throw Error(Status::bad_config,
@@ -148,9 +172,9 @@ ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> po
 Reference choose_reference(const BakePlan& plan, const BakeOptions& options) {
   ReferenceRun run(plan);
   const ReferenceState impact = run.at(plan.description.impact_step);
-  Reference reference{choose_region(plan.description.region, options, plan.survey, impact), {}};
-  reference.states =
+  std::vector<ReferenceState> states =
       reference_states(plan.description.mode, run, impact, plan.survey.runs[plan.ensemble.reference_run].steps);
-  return reference;
+  ObservedRegion region = choose_region(plan.description.region, options, plan.survey, impact, states);
+  return {std::move(region), std::move(states)};
 }
 }  // namespace lbea::bake

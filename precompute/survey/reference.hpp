@@ -8,10 +8,11 @@
 namespace lbea::bake {
 /// A node is chosen when it meets every given criterion, an element when its part and all its nodes are chosen.
 struct RegionCriteria {
-  std::vector<std::uint32_t> parts;     // empty: any
-  std::optional<Box> box;               // of `positions`
-  std::vector<std::uint32_t> node_ids;  // empty: any
-  std::vector<std::uint8_t> visible;    // N, 0 = hidden from the rig; empty: all visible
+  std::vector<std::uint32_t> parts;        // empty: any
+  std::optional<Box> box;                  // of `positions`
+  std::vector<std::uint32_t> node_ids;     // empty: any
+  std::vector<std::uint8_t> visible;       // N, 0 = hidden from the rig; empty: all visible
+  std::vector<std::uint8_t> present = {};  // E, 0 = not on the surface in a reference mesh; empty: all are
 };
 
 struct ObservedRegion {
@@ -28,8 +29,9 @@ struct ObservedRegion {
 
 /// The reference run at one of its states, on the common mesh.
 struct ReferenceState {
-  double time_s = 0;             // since impact
-  std::vector<float> positions;  // N x 3
+  double time_s = 0;                       // since impact
+  std::vector<float> positions;            // N x 3
+  std::vector<std::uint8_t> present = {};  // E, 0 = not on the surface
 };
 
 struct Reference {

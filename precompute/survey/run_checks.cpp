@@ -65,12 +65,11 @@ struct Bounds {
   [[nodiscard]] double diagonal() const { return low[0] <= high[0] ? distance(low, high) : 0; }
 };
 
-std::vector<std::uint8_t> nodes_of(const SimulationMesh& mesh, std::span<const std::uint8_t> alive) {
-  std::vector<std::uint8_t> kept(mesh.nodes());
-  for (std::size_t e = 0; e < mesh.elements.size(); ++e)
-    for (const std::uint32_t node : mesh.elements[e])
-      if (alive[e] != 0) kept[node] = 1;
-  return kept;
+std::vector<std::uint8_t> nodes_of_elements(const SimulationMesh& mesh) {
+  std::vector<std::uint8_t> used(mesh.nodes());
+  for (const Quad& element : mesh.elements)
+    for (const std::uint32_t node : element) used[node] = 1;
+  return used;
 }
 
 /// The nodes with the same ids in two meshes.
@@ -132,17 +131,16 @@ void NodeDistances::add(std::uint32_t step, const std::vector<float>& positions)
     largest_[node] = std::max(largest_[node], {distance(place_of(positions, node), middle), step});
 }
 
-void NodeDistances::refuse_far(SimulationReader& reader, std::span<const std::uint8_t> alive, const std::string& run,
-                               const std::string& unit) const {
+void NodeDistances::refuse_far(SimulationReader& reader, const std::string& run, const std::string& unit) const {
   const SimulationMesh& mesh = reader.mesh();
-  const std::vector<std::uint8_t> kept = nodes_of(mesh, alive);
+  const std::vector<std::uint8_t> used = nodes_of_elements(mesh);
   Bounds bounds;
-  for (std::size_t node = 0; node < kept.size(); ++node)
-    if (kept[node] != 0) bounds.add(place_of(first_, node));
+  for (std::size_t node = 0; node < used.size(); ++node)
+    if (used[node] != 0) bounds.add(place_of(first_, node));
   const double diagonal = bounds.diagonal();
-  for (std::size_t node = 0; node < kept.size(); ++node) {
+  for (std::size_t node = 0; node < used.size(); ++node) {
     const auto [distance, step] = largest_[node];
-    if (kept[node] == 0 || diagonal == 0 || distance <= far_diagonals * diagonal) continue;
+    if (used[node] == 0 || diagonal == 0 || distance <= far_diagonals * diagonal) continue;
     SimulationState state;
     reader.read(step, state);
     const Place p = place_of(state.positions, node);

@@ -7,11 +7,10 @@ namespace lbea::bake {
 /// A node that moves away from all others has diverged: it would make the envelope and the basis meaningless.
 class NodeDistances {
  public:
-  /// Positions of all nodes in the next used state.
+  /// Positions of all nodes in the next used state, continued across holes.
   void add(std::uint32_t step, const std::vector<float>& positions);
-  /// Throws Error{bad_input} when a node of an element that is alive in all added states came too far from the others.
-  void refuse_far(SimulationReader& reader, std::span<const std::uint8_t> alive, const std::string& run,
-                  const std::string& unit) const;
+  /// Throws Error{bad_input} when a node of an element came too far from the others.
+  void refuse_far(SimulationReader& reader, const std::string& run, const std::string& unit) const;
 
  private:
   std::vector<float> first_;                               // positions in the first state

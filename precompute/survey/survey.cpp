@@ -2,6 +2,7 @@
 
 #include "precompute/channels/channel_history.hpp"
 #include "precompute/survey/run_checks.hpp"
+#include "precompute/survey/surface_continuation.hpp"
 #include "runtime/src/model/checksum.hpp"
 #include "runtime/src/model/model_format.hpp"
 
@@ -21,12 +22,22 @@ void widen(Extent& extent, const Extent& by) {
   }
 }
 
-/// The extents of the run's nodes and the elements it keeps, in its own numbering.
+/// The extents of the run's nodes and the presence of its elements, in its own numbering.
 struct Movement {
-  std::vector<std::uint8_t> alive;
+  PresenceInStates presence;
   std::vector<Extent> extents;
   std::vector<std::uint8_t> has_values;  // per field: some value is a number
+  std::string erosion;                   // a warning
 };
+
+/// alive: of all elements in a used state.
+std::string much_eroded(const SimulationMesh& mesh, std::span<const std::uint8_t> alive, std::uint32_t step) {
+  const auto outer = alive.first(alive.size() - mesh.touching);
+  const auto eroded = static_cast<std::size_t>(std::ranges::count(outer, 0));
+  if (2 * eroded <= outer.size()) return {};
+  return std::to_string(eroded) + " of its " + std::to_string(outer.size()) + " elements are eroded in state " +
+         std::to_string(step) + "; the shape is continued from the others, leave out late states or the run";
+}
 
 bool has_number(const std::vector<float>& values) {
   return std::ranges::any_of(values, [](float value) { return std::isfinite(value); });
@@ -35,15 +46,20 @@ bool has_number(const std::vector<float>& values) {
 Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t>& steps, const std::string& run,
                        const std::string& unit, Stage& stage) {
   const SimulationMesh& mesh = reader.mesh();
-  Movement movement{std::vector<std::uint8_t>(mesh.elements.size(), 1), std::vector<Extent>(mesh.nodes(), empty_extent),
-                    std::vector<std::uint8_t>(reader.fields().size(), 0)};
+  Movement movement{PresenceInStates(mesh.elements.size()),
+                    std::vector<Extent>(mesh.nodes(), empty_extent),
+                    std::vector<std::uint8_t>(reader.fields().size(), 0),
+                    {}};
+  SurfaceContinuation continuation(mesh);
   NodeDistances distances;
   SimulationState state;
   for (const std::uint32_t step : steps) {
     stage.check();
     reader.read(step, state);
     check_state(reader, state, run, step);
-    for (std::size_t e = 0; e < state.alive.size(); ++e) movement.alive[e] = movement.alive[e] && state.alive[e];
+    movement.presence.add(exposed_elements(mesh, state.alive));
+    continuation.apply(state);
+    if (movement.erosion.empty()) movement.erosion = much_eroded(mesh, state.alive, step);
     for (std::size_t i = 0; i < mesh.nodes(); ++i) {
       const float* p = &state.positions[3 * i];
       widen(movement.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
@@ -52,7 +68,7 @@ Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t
       movement.has_values[f] = movement.has_values[f] || has_number(state.fields[f]);
     distances.add(step, state.positions);
   }
-  distances.refuse_far(reader, movement.alive, run, unit);
+  distances.refuse_far(reader, run, unit);
   return movement;
 }
 
@@ -205,13 +221,14 @@ RunHistory survey_run(SimulationReader& reader, const EnsembleRun& run, const En
   if (const auto chosen = chosen_histories(description); !chosen.empty())
     history.histories = histories_with(chosen, reader, run.name);
   const Movement movement = read_movement(reader, history.steps, run.name, description.length_unit, stage);
-  history.common = common_elements(reference.mesh(), reader.mesh(), movement.alive, run.name);
+  history.common = common_elements(reference.mesh(), reader.mesh(), movement.presence.presence(), run.name);
   history.extents = in_numbering_of(reference.mesh(), reader.mesh(), movement.extents);
   history.files = run.files.empty() ? hashed_files(reader) : run.files;
   history.remark = reader.remark();
   history.mapping = reader.mapping();
   history.misfit = misfit(reference.mesh(), reader.mesh(), run.name, description.length_unit);
   history.has_values = movement.has_values;
+  history.erosion = movement.erosion;
   return history;
 }
 
@@ -238,7 +255,7 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
     throw Error(Status::bad_input, "run " + run + " was surveyed with another reference; delete the survey");
   mesh_.keep(history.common, run);
   for (std::size_t i = 0; i < extents_.size(); ++i) widen(extents_[i], history.extents[i]);
-  for (const std::string& text : {history.remark, history.misfit})
+  for (const std::string& text : {history.remark, history.misfit, history.erosion})
     if (!text.empty()) survey_.warnings.push_back("run " + run + ": " + text);
   for (const std::uint32_t field : survey.fields)
     if (history.has_values.at(field) == 0)
@@ -262,13 +279,15 @@ Survey SurveyCollection::finish() const {
   Survey survey = survey_;
   survey.mesh = mesh_.finish();
   survey.losses = mesh_.losses();
+  const std::vector<std::uint8_t> lack = mesh_.lack_elements();
+  for (std::size_t run = 0, kept = 0; run < survey.runs.size(); ++run)
+    if (!survey.runs[run].steps.empty()) survey.runs[run].lacks_elements = lack[kept++] != 0;
   for (auto& warning : {unlikely_times(survey), short_runs(survey, names_), odd_times(survey, names_),
                         missing_last(survey, names_, steps_)})
     if (warning) survey.warnings.push_back(*warning);
   if (const std::size_t kept = survey.mesh.elements.size(), all = mesh_.reference().elements.size(); 2 * kept < all)
     survey.warnings.push_back("only " + std::to_string(kept) + " of the reference run's " + std::to_string(all) +
-                              " elements exist in all runs and used states, with the same nodes; is a run numbered in "
-                              "another way?");
+                              " elements exist in all runs, with the same nodes; is a run numbered in another way?");
   const auto box = box_of(extents_, reference_places(survey));
   survey.min = box[0];
   survey.max = box[1];

@@ -19,6 +19,7 @@ struct RunSurvey {
   std::vector<std::uint32_t> histories;  // per history that is a channel: its place in the run
   std::vector<InputFile> files;
   std::optional<MappingReport> mapping = {};  // of a run with another mesh
+  bool lacks_elements = false;                // of the common mesh, in some sample
 };
 
 struct Survey {
@@ -31,6 +32,8 @@ struct Survey {
   std::vector<std::string> warnings;  // what a user should check: a sentence each
 
   [[nodiscard]] std::size_t samples() const noexcept;
+  /// Whether some sample lacks elements of the common mesh.
+  [[nodiscard]] bool lacks_elements() const noexcept { return std::ranges::any_of(runs, &RunSurvey::lacks_elements); }
 };
 
 /// The states of a run with `states` of them that become samples, ascending.
@@ -56,8 +59,10 @@ struct RunHistory {
   std::string misfit;                         // see misfit() in run_checks.hpp
   std::optional<MappingReport> mapping = {};  // of a run with another mesh
   std::vector<std::uint8_t> has_values;       // per field: some value in those steps is a number
+  std::string erosion;                        // a warning, when much of the surface erodes
   std::vector<Presence> common;               // per element, in all its steps
-  std::vector<Extent> extents;  // per node: box of its positions in those steps; min > max when the run lacks it
+  std::vector<Extent> extents;  // per node: box of its positions in those steps, continued across holes; min > max when
+                                // the run lacks it
 };
 
 /// Reads each used state once, one in memory at a time. Throws Error{bad_input | bad_config} naming the run, and

@@ -6,8 +6,8 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 8;
-constexpr WorkName plan_name{WorkKind::plan, 7};  // the number: to be raised with every change of the content of a plan
+constexpr std::uint32_t work_version = 9;
+constexpr WorkName plan_name{WorkKind::plan, 8};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
@@ -19,13 +19,16 @@ static void members(auto& a, MappingReport& m) {
   a(m.run_elements, m.elements, m.mapped_elements, m.mean, m.largest, m.worst_element, m.shift, m.tells_parts, m.key);
 }
 static void members(auto& a, MappingSettings& m) { a(m.enabled, m.distance, m.share, m.by_part, m.parts); }
-static void members(auto& a, RunSurvey& s) { a(s.steps, s.times_s, s.fields, s.histories, s.files, s.mapping); }
+static void members(auto& a, RunSurvey& s) {
+  a(s.steps, s.times_s, s.fields, s.histories, s.files, s.mapping, s.lacks_elements);
+}
 static void members(auto& a, RunHistory& h) {
-  a(h.steps, h.times, h.fields, h.histories, h.files, h.remark, h.misfit, h.mapping, h.has_values, h.common, h.extents);
+  a(h.steps, h.times, h.fields, h.histories, h.files, h.remark, h.misfit, h.mapping, h.has_values, h.erosion, h.common,
+    h.extents);
 }
 static void members(auto& a, CommonMesh& m) { a(m.node_ids, m.elements, m.element_ids, m.element_parts); }
 static void members(auto& a, MeshLosses& l) {
-  a(l.elements, l.nodes, l.eroded, l.missing, l.nodes_left_out, l.exposed, l.runs);
+  a(l.elements, l.nodes, l.eroded, l.missing, l.eroding, l.nodes_left_out, l.exposed, l.runs);
 }
 static void members(auto& a, Survey& s) {
   a(s.runs, s.mesh, s.reference_node_ids, s.min, s.max, s.fields, s.losses, s.warnings);

@@ -1,6 +1,7 @@
 // Arbitrary bytes as a model, with corrected sizes and checksums so that the later checks are reached: refused, or a
 // consistent model that matches a frame.
 #include "runtime/src/model/checksum.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 #include "runtime/src/model/model_format.hpp"
 
 #include <lbea/lbea.hpp>
@@ -68,6 +69,7 @@ double read_all(const Model& model) {
   for (std::uint32_t sample = 0; sample < model.samples(); ++sample) {
     require(model.sample_index(model.sample(sample)) == sample);
     total += model.sample_time_s(sample) + sum(model.node_positions(sample));
+    total += sum(std::span<const std::uint8_t>(present_elements(model, sample)));
     for (std::uint32_t field = 0; field < model.fields(); ++field) total += sum(model.field_values(field, sample));
     for (std::uint32_t reference = 0; reference < model.references(); ++reference)
       total += static_cast<double>(model.leading_coordinates(reference, sample)[2]);

@@ -89,7 +89,8 @@ class FormulaRenderer : public DepthRenderer {
     camera_.rows = 5;
   }
   const DepthCamera& camera() const noexcept override { return camera_; }
-  void render(std::span<const float> positions, std::span<std::uint16_t> image) const override {
+  void render(std::span<const float> positions, std::span<const std::uint8_t>,
+              std::span<std::uint16_t> image) const override {
     std::ranges::fill(image, empty_cell);
     for (std::size_t cell = 0; cell < camera_.cells(); ++cell) {
       const float z = positions[3 * (cell * 7 % (positions.size() / 3)) + 2];

@@ -1,6 +1,8 @@
 // Bakes in shards: the model has the bytes of a single process, whichever processes are killed and however the runs are
 // divided.
+#include "runtime/src/model/model_view.hpp"
 #include "tests/precompute/shard_plates.hpp"
+#include "tests/support/eroding_plates.hpp"
 #include "tests/support/refusals.hpp"
 
 #include <algorithm>
@@ -138,6 +140,30 @@ TEST_CASE("runs are added and removed without reading the others, also when the 
   CHECK(bake_some({0, 1, 2, 3, 4, 5}) == std::vector<int>{1, 6, 6, 0, 0, 0});  // runs 1 and 2 bend the farthest
   CHECK(bake_some({0, 2, 5}) == std::vector<int>{1, 0, 0});
   CHECK(bake_some({0, 3, 4}) == std::vector<int>{1, 0, 0});
+}
+
+TEST_CASE("a run that loses elements late is added without reading the others; shards give the same bytes") {
+  CountedPlates plates = counted_plates(4);
+  plates.ensemble.runs[3].open = [] {
+    return std::make_unique<SyntheticSimulation>(eroding_plate(0.7, 3, 2, {8, 5, 70, 40}));
+  };
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  Ensemble three = plates.ensemble;
+  three.runs.pop_back();
+  const BakePlan before = plan_bake(work, three, shard_description(), shard_options());
+  bake_shard(work, before, {}, shard_options());
+  CHECK(merged(work, before) == baked_alone(three, shard_description()));
+  for (const auto& reads : plates.reads) *reads = 0;
+  const BakePlan plan = plan_bake(work, plates.ensemble, shard_description(), shard_options());
+  for (const std::uint32_t index : {1u, 0u}) bake_shard(work, plan, {index, 2}, shard_options());
+  CHECK(*plates.reads[0] == 1);  // the reference mesh
+  CHECK(*plates.reads[1] == 0);
+  CHECK(*plates.reads[2] == 0);
+  const std::string model = merged(work, plan);
+  CHECK(model == baked_alone(plates.ensemble, shard_description()));
+  std::ofstream(folder / "m.lbea", std::ios::binary) << model;
+  CHECK(Model::open(folder / "m.lbea").view().eroded.size() == 4 * 3);  // samples; 28 elements are one word
 }
 
 TEST_CASE("a broken run is left out and named") {

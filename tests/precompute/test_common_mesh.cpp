@@ -15,8 +15,8 @@ using namespace lbea::test;
 
 namespace {
 
-std::vector<std::uint8_t> all_alive(const SimulationMesh& mesh) {
-  return std::vector<std::uint8_t>(mesh.elements.size(), 1);
+std::vector<Presence> always(const SimulationMesh& mesh) {
+  return std::vector<Presence>(mesh.elements.size(), Presence::always);
 }
 
 SimulationMesh plate() { return plate_mesh({5, 4, 40, 30}); }  // 20 nodes, 12 elements
@@ -52,9 +52,9 @@ void remove_element(SimulationMesh& mesh, std::size_t element) {
   mesh.element_parts.erase(mesh.element_parts.begin() + at);
 }
 
-void keep_common(CommonMeshBuilder& builder, const SimulationMesh& mesh, const std::vector<std::uint8_t>& alive,
+void keep_common(CommonMeshBuilder& builder, const SimulationMesh& mesh, const std::vector<Presence>& present,
                  const std::string& run) {
-  builder.keep(common_elements(builder.reference(), mesh, alive, run), run);
+  builder.keep(common_elements(builder.reference(), mesh, present, run), run);
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ void keep_common(CommonMeshBuilder& builder, const SimulationMesh& mesh, const s
 TEST_CASE("runs with the same mesh keep it") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
-  keep_common(builder, mesh, all_alive(mesh), "a");
+  keep_common(builder, mesh, always(mesh), "a");
   const CommonMesh common = builder.finish();
   CHECK(common.node_ids == mesh.node_ids);
   CHECK(common.elements == mesh.elements);
@@ -70,12 +70,52 @@ TEST_CASE("runs with the same mesh keep it") {
   CHECK(common.element_parts == mesh.element_parts);
 }
 
-TEST_CASE("an element eroded in any run is dropped, with the nodes that only it uses") {
+TEST_CASE("an element that erodes in some samples stays") {
+  const SimulationMesh mesh = plate();
+  for (const Presence presence : {Presence::sometimes, Presence::never}) {
+    CommonMeshBuilder builder(mesh, "a");
+    auto present = always(mesh);
+    present[3] = presence;
+    keep_common(builder, mesh, always(mesh), "a");
+    keep_common(builder, mesh, present, "b");
+    CHECK(builder.finish().element_ids == mesh.element_ids);
+    CHECK(builder.losses().eroding == 1);
+    CHECK(builder.losses().eroded == 0);
+    CHECK(builder.losses().runs == std::vector<std::string>{"b"});
+    CHECK(builder.lack_elements() == std::vector<std::uint8_t>{0, 1});
+  }
+}
+
+TEST_CASE("faces between two solids are kept where erosion exposes them in some sample") {
+  SimulationMesh mesh = plate();
+  mesh.touching = 4;  // the last four elements as two pairs of faces
+  const auto usual = [&] {
+    auto present = always(mesh);
+    std::fill(present.end() - 4, present.end(), Presence::never);
+    return present;
+  };
+  CommonMeshBuilder builder(mesh, "a");
+  keep_common(builder, mesh, usual(), "a");
+  CHECK(builder.finish().elements.size() == 8);
+  CHECK(builder.lack_elements() == std::vector<std::uint8_t>{0});
+  auto exposing = usual();
+  exposing[9] = Presence::sometimes;
+  keep_common(builder, mesh, exposing, "b");
+  exposing[9] = Presence::always;
+  keep_common(builder, mesh, exposing, "c");
+  CHECK(builder.finish().elements.size() == 9);
+  CHECK(builder.losses().exposed == 1);
+  CHECK(builder.losses().runs.empty());  // no outer element erodes
+  CHECK(builder.lack_elements() == std::vector<std::uint8_t>{1, 1, 0});
+}
+
+TEST_CASE("an element eroded in all samples is dropped, with the nodes that only it uses") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
-  auto alive = all_alive(mesh);
-  alive[0] = 0;  // the corner at the origin: its node 0 belongs to nothing else
-  keep_common(builder, mesh, alive, "b");
+  auto present = always(mesh);
+  present[0] = Presence::never;  // the corner at the origin: its node 0 belongs to nothing else
+  keep_common(builder, mesh, present, "b");
+  CHECK(builder.lack_elements() == std::vector<std::uint8_t>{0});  // what is left out is not lacked
   const CommonMesh common = builder.finish();
   CHECK(common.elements.size() == 11);
   CHECK(std::ranges::find(common.element_ids, 501u) == common.element_ids.end());
@@ -92,7 +132,7 @@ TEST_CASE("meshes with another order of nodes and elements are matched by ids") 
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
     const SimulationMesh other = shuffled(mesh, seed);
     CommonMeshBuilder builder(mesh, "a");
-    keep_common(builder, other, all_alive(other), "b");
+    keep_common(builder, other, always(other), "b");
     const CommonMesh common = builder.finish();
     CHECK(common.node_ids == mesh.node_ids);
     CHECK(common.elements == mesh.elements);
@@ -107,9 +147,9 @@ TEST_CASE("meshes with another order of nodes and elements are matched by ids") 
 TEST_CASE("an element eroded in a run of another order is found by its id") {
   const SimulationMesh mesh = plate(), other = shuffled(mesh, 3);
   CommonMeshBuilder builder(mesh, "a");
-  auto alive = all_alive(other);
-  alive[4] = 0;
-  keep_common(builder, other, alive, "b");
+  auto present = always(other);
+  present[4] = Presence::never;
+  keep_common(builder, other, present, "b");
   const CommonMesh common = builder.finish();
   CHECK(common.elements.size() == 11);
   CHECK(std::ranges::find(common.element_ids, other.element_ids[4]) == common.element_ids.end());
@@ -122,10 +162,10 @@ TEST_CASE("elements that a run lacks or connects differently are not common; the
   rewired.elements[0][0] = rewired.elements[1][0];  // same id, other nodes
   const std::uint32_t rewired_id = rewired.element_ids[0];
   CommonMeshBuilder forward(mesh, "a"), backward(mesh, "a");
-  keep_common(forward, lacking, all_alive(lacking), "b");
-  keep_common(forward, rewired, all_alive(rewired), "c");
-  keep_common(backward, rewired, all_alive(rewired), "c");
-  keep_common(backward, lacking, all_alive(lacking), "b");
+  keep_common(forward, lacking, always(lacking), "b");
+  keep_common(forward, rewired, always(rewired), "c");
+  keep_common(backward, rewired, always(rewired), "c");
+  keep_common(backward, lacking, always(lacking), "b");
   const CommonMesh common = forward.finish();
   CHECK(common.element_ids == backward.finish().element_ids);
   CHECK(common.elements.size() == (rewired_id == mesh.element_ids[11] ? 11 : 10));
@@ -139,7 +179,7 @@ TEST_CASE("the faces of one solid share an id and stay separate elements") {
   SimulationMesh other = mesh;
   remove_element(other, 3);
   CommonMeshBuilder builder(mesh, "a");
-  keep_common(builder, other, all_alive(other), "b");
+  keep_common(builder, other, always(other), "b");
   const CommonMesh common = builder.finish();
   CHECK(common.elements.size() == 11);
   const MeshMapping mapping = map_common(common, mesh, "a");
@@ -156,7 +196,7 @@ TEST_CASE("errors name the run and the id") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
   CHECK_THROWS_WITH_AS(keep_common(builder, mesh, {}, "b"), doctest::Contains("deletion flags for 0 elements"), Error);
-  keep_common(builder, mesh, std::vector<std::uint8_t>(12, 0), "b");
+  keep_common(builder, mesh, std::vector<Presence>(12, Presence::never), "b");
   CHECK_THROWS_WITH_AS((void)builder.finish(), doctest::Contains("no element is common"), Error);
 }
 

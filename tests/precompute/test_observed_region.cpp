@@ -108,12 +108,21 @@ TEST_CASE("errors name parts and nodes that do not exist") {
   CHECK_THROWS_WITH_AS((void)plate.region(criteria), doctest::Contains("widen the region"), Error);
 }
 
-TEST_CASE("a listed node that is eroded in some state is accepted") {
+TEST_CASE("elements that a reference mesh lacks are not observed") {
+  const Plate plate;
+  RegionCriteria criteria;
+  criteria.present.assign(15, 1);
+  criteria.present[0] = 0;
+  CHECK(plate.region(criteria).elements.size() == 14);
+  CHECK(plate.region(criteria).nodes.size() == 23);  // without the corner
+}
+
+TEST_CASE("a listed node that is eroded in all states is accepted") {
   const Plate plate;
   CommonMeshBuilder builder(plate.simulation, "a");
-  std::vector<std::uint8_t> alive(15, 1);
-  alive[0] = 0;
-  builder.keep(common_elements(builder.reference(), plate.simulation, alive, "b"), "b");
+  std::vector<Presence> present(15, Presence::always);
+  present[0] = Presence::never;
+  builder.keep(common_elements(builder.reference(), plate.simulation, present, "b"), "b");
   const CommonMesh eroded = builder.finish();
   std::vector<float> positions;
   for (const std::uint32_t id : eroded.node_ids)

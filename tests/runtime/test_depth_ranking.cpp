@@ -267,7 +267,7 @@ TEST_CASE("a plate in front of the camera is in the middle of its depth image, w
   const auto renderer = make_depth_renderer(rig, mesh.nodes(), mesh.elements, {-20, -30, -10}, {210, 120, 10});
   const DepthCamera& camera = renderer->camera();
   std::vector<std::uint16_t> image(padded_cells(camera));
-  renderer->render(positions, image);
+  renderer->render(positions, {}, image);
   double shares = 0, columns = 0, rows = 0;
   for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
     const double share = image[cell] == empty_cell ? 0 : double{share_of(image[cell])};

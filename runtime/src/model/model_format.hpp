@@ -104,13 +104,14 @@ enum class SectionId : std::uint32_t {
   channel_numbers = 0x8024,  // 0x8024, 0x8025: forecasts of channels; all or none, only with 0x8018 and 0x8020
   channel_products = 0x8025,
   channel_histories = 0x8026,  // only with channels that are histories
+  eroded_elements = 0x8027,    // optional: where some sample lacks elements
 };
 
 /// Cold: match() by lbea and fit does not read the section.
 inline constexpr bool is_cold(SectionId id, bool has_landmarks) noexcept {
   using enum SectionId;
-  constexpr SectionId cold[] = {provenance,   node_ids,    element_ids,  element_parts, element_nodes,
-                                field_values, field_codes, field_ranges, correspondence};
+  constexpr SectionId cold[] = {provenance,   node_ids,    element_ids,  element_parts,  element_nodes,
+                                field_values, field_codes, field_ranges, correspondence, eroded_elements};
   for (const SectionId one : cold)
     if (id == one) return true;
   return id == node_positions && has_landmarks;
@@ -177,6 +178,8 @@ constexpr bool is_measured(T value) noexcept {
 
 /// Rows of `projection` and planes of `coefficients` are padded with zeros to whole 64-byte lines.
 inline constexpr std::size_t padded(std::size_t floats) noexcept { return (floats + 15) / 16 * 16; }
+/// Words of a sample's row of `eroded_elements`: a bit per element, those beyond the last one 0.
+inline constexpr std::size_t words_of_elements(std::size_t elements) noexcept { return (elements + 31) / 32; }
 inline constexpr std::uint64_t aligned(std::uint64_t bytes) noexcept {
   return (bytes + (alignment - 1)) / alignment * alignment;
 }

@@ -114,6 +114,15 @@ class ModelReader {
         std::uint64_t{format::surface_landmarks(info.vertices)} + format::mesh_landmarks(info.nodes);
     view_.landmark_positions = sections_.optional<float>(SectionId::landmark_positions, {info.samples, landmarks, 3});
     if (!view_.landmark_positions.empty()) require_measured(SectionId::landmark_positions);
+    read_eroded();
+  }
+
+  void read_eroded() {
+    const std::size_t words = format::words_of_elements(view_.info.elements), rest = view_.info.elements % 32;
+    view_.eroded = sections_.optional<std::uint32_t>(SectionId::eroded_elements, {view_.info.samples, words, 1});
+    for (std::size_t last = words; rest > 0 && last <= view_.eroded.size(); last += words)
+      require(view_.eroded[last - 1] >> rest == 0, SectionId::eroded_elements, 0,
+              "a bit beyond the last element is set");
   }
 
   void read_fields() {

@@ -79,6 +79,8 @@ struct ModelView {
   std::span<const float> node_positions;      // s x N x 3
   std::span<const float> landmark_positions;  // s x (surface_landmarks + mesh_landmarks) x 3, or empty
   std::vector<FieldView> fields;
+  std::span<const std::uint32_t>
+      eroded;  // s x words_of_elements(E), see eroded_elements.hpp; empty: no sample lacks elements
   EnvelopeView envelope;
   std::span<const double> reference_times;
   std::vector<ReferenceView> references;

@@ -28,9 +28,9 @@ constexpr std::string_view optional_titles[] = {
     "forecast_runs",      "forecast_parameters"};
 constexpr std::string_view titles_from_0x8018[] = {"window_numbers",   "window_means", "window_components",
                                                    "window_variances", "window_runs",  "window_parameters"};
-constexpr std::string_view titles_from_0x8020[] = {"channel_names",    "channel_kinds",   "channel_values",
-                                                   "channel_bounds",   "channel_numbers", "channel_products",
-                                                   "channel_histories"};
+constexpr std::string_view titles_from_0x8020[] = {"channel_names",     "channel_kinds",   "channel_values",
+                                                   "channel_bounds",    "channel_numbers", "channel_products",
+                                                   "channel_histories", "eroded_elements"};
 static_assert(std::size(titles_from_1) == 12 && std::size(titles_from_13) == 10 && std::size(titles_from_32) == 10);
 
 std::string_view title_after(SectionId first, SectionId id, std::span<const std::string_view> titles) noexcept {

@@ -5,6 +5,7 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
 #include "runtime/src/match/cloud_index.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 #include "runtime/src/track/same_runs.hpp"
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/box_of_samples.hpp"
@@ -33,18 +34,32 @@ class Assembly {
   [[nodiscard]] const std::vector<std::array<std::uint32_t, 4>>& elements() const noexcept { return elements_; }
   /// In the state of a sample of the first model.
   [[nodiscard]] std::vector<float> positions(std::uint32_t index) const {
-    const Sample sample = models_.front().sample(index);
     std::vector<float> all;
     all.reserve(3 * nodes_);
     for (std::size_t i = 0; i < models_.size(); ++i) {
-      const Sample same{numbers_[i][sample.simulation], sample.time_step};
-      const auto part = models_[i].node_positions(models_[i].sample_index(same));
+      const auto part = models_[i].node_positions(same_sample(i, index));
       all.insert(all.end(), part.begin(), part.end());
+    }
+    return all;
+  }
+  /// Per element 1 or, where the sample lacks it, 0.
+  [[nodiscard]] std::vector<std::uint8_t> present(std::uint32_t index) const {
+    std::vector<std::uint8_t> all;
+    for (std::size_t i = 0; i < models_.size(); ++i) {
+      const std::vector<std::uint8_t> part = present_elements(models_[i], same_sample(i, index));
+      all.insert(all.end(), part.begin(), part.end());
+      if (part.empty()) all.resize(all.size() + models_[i].elements(), 1);
     }
     return all;
   }
 
  private:
+  /// The sample of a model at the time of a sample of the first one.
+  [[nodiscard]] std::uint32_t same_sample(std::size_t model, std::uint32_t index) const {
+    const Sample sample = models_.front().sample(index);
+    return models_[model].sample_index({numbers_[model][sample.simulation], sample.time_step});
+  }
+
   std::vector<Model> models_;
   std::vector<std::vector<std::uint32_t>> numbers_;  // per model, of the first one's simulations
   std::vector<std::array<std::uint32_t, 4>> elements_;
@@ -103,7 +118,7 @@ SensorViews assembled_views(const Model& model, const std::vector<Model>& others
   const auto renderer = bake::make_depth_renderer(sensor, assembly.nodes(), assembly.elements(), box.low, box.high);
   const CellGrid envelope = envelope_grid(model.view().envelope);
   const auto render = [&](std::uint32_t sample, std::span<std::uint16_t> image) {
-    renderer->render(assembly.positions(sample), image);
+    renderer->render(assembly.positions(sample), assembly.present(sample), image);
     keep_inside(renderer->camera(), envelope, image);
   };
   return bake::render_depth_images(model, renderer->camera(), render, 0);
