@@ -88,7 +88,7 @@ class NodeFinder {
     if (found != mesh_.node_ids.end()) return static_cast<std::uint32_t>(found - mesh_.node_ids.begin());
     const bool is_left_out = std::ranges::find(all_ids_, id) != all_ids_.end();
     refuse_channel(where + "names node " + std::to_string(id) +
-                   (is_left_out ? ", which not all runs have on elements that do not erode; choose another one"
+                   (is_left_out ? ", which not all runs have on the surface; choose another one"
                                 : ", which the reference run does not have; correct it"));
   }
   [[nodiscard]] Vector3d position(std::uint32_t node) const {

@@ -1,4 +1,5 @@
 // lbea-bake: command line, output and exit codes.
+#include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/tools/bake_program.hpp"
 
@@ -79,17 +80,35 @@ TEST_CASE("the faces of a solid that erodes were left out without a word, and no
   const auto json = nlohmann::json::parse(lbea_bake(folder, "e.toml -o m.lbea --json").out);
   CHECK(json["surface"] == nlohmann::json{{"elements", 54},
                                           {"nodes", 56},
-                                          {"eroded", 1},
+                                          {"eroded", 0},
                                           {"missing", 0},
+                                          {"eroding", 1},
                                           {"nodes_left_out", 0},
                                           {"exposed", 5},
                                           {"eroding_runs", {"eroding"}}});
-  CHECK(Model::open(folder / "m.lbea").elements() == 54 - 1 + 5);
-  CHECK(Model::open(folder / "m.lbea").nodes() == 60);  // four of them were inside
+  CHECK(Model::open(folder / "m.lbea").elements() == 54 + 5);
+  CHECK(Model::open(folder / "m.lbea").nodes() == 60);     // four of them are inside
+  CHECK(Model::open(folder / "m.lbea").vertices() == 56);  // those of the reference mesh's surface
+  const auto inspected = nlohmann::json::parse(run_program(LBEA_INSPECT " m.lbea --json", folder.path()).out);
+  CHECK(inspected["sizes"]["elements_some_samples_lack"] == 6);
+  CHECK(inspected["sizes"]["samples_lacking_elements"] == 4);  // three lack the faces inside, one the outer one
+
+  put(folder / "second/B1.vtk", block(-1));
+  put(folder / "second/B2.vtk", block(middle_of_a_side));
+  put(folder / "two.toml", "runs = ['whole', 'eroding', 'second']\nfields = []\nmodes = 10\n");
+  CHECK(lbea_bake(folder, "two.toml -o full.lbea").exit_code == 0);
+  const Outcome from = lbea_bake(folder, "two.toml --from m.lbea -o from.lbea");
+  CHECK_MESSAGE(from.exit_code == 0, from.err);
+  CHECK(text_of(folder / "from.lbea") == text_of(folder / "full.lbea"));
 
   put(folder / "eroding/B2.vtk", block(corner));
   const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
-  CHECK(contains(outcome.out, "3 of 54 elements and 1 of 56 nodes: 3 eroded in 1 runs (eroding), 0 not in all runs"));
+  CHECK(contains(outcome.out, "eroding        3 of 54 elements in some samples of 1 runs (eroding)"));
+  put(folder / "whole/B1.vtk", block(corner));  // now no sample has it
+  put(folder / "whole/B2.vtk", block(corner));
+  put(folder / "eroding/B1.vtk", block(corner));
+  const Outcome never = lbea_bake(folder, "e.toml -o m.lbea");
+  CHECK(contains(never.out, "3 of 54 elements and 1 of 56 nodes: 3 eroded in all samples, 0 not in all runs"));
   CHECK(contains(outcome.out, "added          3 faces that erosion exposes"));
 }
 

@@ -1,6 +1,8 @@
 // Parts of the evaluation by their definitions: splits, scores, disturbances, inference, ICP.
+#include "adapters/simulation/open.hpp"
 #include "runtime/src/track/inference.hpp"
 #include "tests/mapping/meshes.hpp"
+#include "tests/support/eroding_plates.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/synthetic_model.hpp"
 #include "tools/eval/evaluation.hpp"
@@ -8,6 +10,7 @@
 #include "tools/eval/experiments.hpp"
 #include "tools/eval/icp_baseline.hpp"
 #include "tools/eval/live.hpp"
+#include "tools/eval/mesh_series.hpp"
 #include "tools/eval/truth.hpp"
 
 #include <lbea/inference.hpp>
@@ -400,6 +403,39 @@ TEST_CASE("nodes of a run with the model's node numbers are found by number, tho
   by_place.positions(bent.positions, positions);
   for (std::size_t i = 0; i < positions.size(); ++i)
     CHECK(positions[i] == doctest::Approx(expected.positions[i]).epsilon(1e-4));
+}
+
+TEST_CASE("the error of an experiment is that of the nodes that its run still has; meshes show what is eroded") {
+  const Plates plates;
+  const Model& model = plates.model;
+  const SimulationMesh mesh = plate_mesh();
+  SimulationState state;
+  eroding_plate(0.8, 2, 1).read(1, state);
+  hide_free_nodes(mesh, state.alive, state.positions);
+  std::vector<float> truth;
+  TrueMesh(mesh, model, {}).positions(state.positions, truth);
+  CHECK(std::ranges::count_if(truth, [](float x) { return std::isnan(x); }) == 3 * 9);
+  std::vector<float> sample = bent_state(mesh, 0, 0.8, 190).positions;
+  for (std::size_t i = 1; i < sample.size(); i += 3) sample[i] += 2;
+  sample[3 * patch_nodes()[4] + 2] = -1000;  // where the run has nothing
+  CHECK(experiment_error(truth, sample) == doctest::Approx(2));
+  CHECK(present_in(model, {{model.sample(0), 1.0f}}).empty());  // no sample of this model lacks elements
+}
+
+TEST_CASE("VTU files flag eroded elements when samples of the model lack some") {
+  const TemporaryFolder folder;
+  bake_model(eroding_plates(1, 2, 1), bent_plates_description(), folder / "m.lbea");
+  const Model model = Model::open(folder / "m.lbea");
+  MeshSeries series(model, folder.path());
+  series.add_match("whole", 1, 0);
+  series.add_match("hole", 3, 0.0005);
+  for (const auto& [file, eroded] : {std::pair{"matched_whole.vtu", 0}, {"matched_hole.vtu", 16}}) {
+    SimulationState state;
+    open_simulation(folder / file)->read(0, state);
+    CHECK(std::ranges::count(state.alive, 0) == eroded);
+  }
+  CHECK(eroded_in(model, {{model.sample(3), 0.6f}, {model.sample(1), 0.4f}}).size() == 16);
+  CHECK(eroded_in(model, {{model.sample(3), 0.4f}, {model.sample(1), 0.6f}}).empty());
 }
 
 TEST_CASE("experiments with other meshes have the part ids that the ensemble's table says") {

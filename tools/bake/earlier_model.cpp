@@ -1,6 +1,7 @@
 #include "tools/bake/steps.hpp"
 
 #include "precompute/survey/common_mesh.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/ensemble/model_mesh.hpp"
 
@@ -45,6 +46,7 @@ class ModelRun : public bake::SimulationReader {
         time_factor_(time_factor),
         file_(std::move(file)),
         mesh_(mesh_of(model_)) {
+    mesh_.is_continued = true;
     for (std::uint32_t field = 0; field < model_.fields(); ++field)
       if (model_.field(field).location == FieldInfo::Location::element)
         fields_.push_back({std::string(model_.field(field).name), std::string(model_.field(field).unit)});
@@ -64,7 +66,8 @@ class ModelRun : public bake::SimulationReader {
     const auto positions = model_.node_positions(place);
     into.time_s = time_s(state);
     into.positions.assign(positions.begin(), positions.end());
-    into.alive.assign(model_.elements(), 1);
+    into.alive = present_elements(model_, place);
+    if (into.alive.empty()) into.alive.assign(model_.elements(), 1);
     into.fields.resize(fields_.size());
     for (std::uint32_t field = 0, next = 0; field < model_.fields(); ++field) {
       if (model_.field(field).location != FieldInfo::Location::element) continue;

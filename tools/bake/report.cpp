@@ -119,9 +119,12 @@ void print_facts(const bake::BakeSummary& summary) {
                 printable(field.source).c_str());
   const bake::MeshLosses& losses = summary.losses;
   if (losses.eroded + losses.missing > 0)
-    std::printf("left out       %u of %u elements and %u of %u nodes: %u eroded in %zu runs (%s), %u not in all runs\n",
+    std::printf("left out       %u of %u elements and %u of %u nodes: %u eroded in all samples, %u not in all runs\n",
                 losses.eroded + losses.missing, losses.elements, losses.nodes_left_out, losses.nodes, losses.eroded,
-                losses.runs.size(), printable(joined(losses.runs, 3)).c_str(), losses.missing);
+                losses.missing);
+  if (losses.eroding > 0)
+    std::printf("eroding        %u of %u elements in some samples of %zu runs (%s)\n", losses.eroding, losses.elements,
+                losses.runs.size(), printable(joined(losses.runs, 3)).c_str());
   print_mapped(summary);
   print_channels(summary);
   if (losses.exposed > 0) std::printf("added          %u faces that erosion exposes\n", losses.exposed);
@@ -144,6 +147,7 @@ Json facts(const bake::BakeSummary& summary) {
             {"nodes", losses.nodes},
             {"eroded", losses.eroded},
             {"missing", losses.missing},
+            {"eroding", losses.eroding},
             {"nodes_left_out", losses.nodes_left_out},
             {"exposed", losses.exposed},
             {"eroding_runs", losses.runs}}},

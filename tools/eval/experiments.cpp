@@ -117,7 +117,7 @@ Eigen::Isometry3d pose_error(const Disturbance& disturbance, double share, const
 }
 
 /// Points in the unit cube: u along the component, v around it.
-using Shape = Vec (*)(double u, double v);
+using UnitSurface = Vec (*)(double u, double v);
 
 Vec tube(double u, double v) {
   return {u, 0.5 + 0.5 * std::cos(2 * std::numbers::pi * v), 0.5 + 0.5 * std::sin(2 * std::numbers::pi * v)};
@@ -138,7 +138,7 @@ Vec ball(double u, double v) {
 
 class ShapeRun final : public bake::SimulationReader {
  public:
-  ShapeRun(Shape shape, const Box& box, std::vector<double> times)
+  ShapeRun(UnitSurface shape, const Box& box, std::vector<double> times)
       : shape_(shape), box_(box), times_(std::move(times)) {
     mesh_.positions = at(1);
     for (std::uint32_t i = 0; i < along * around; ++i) mesh_.node_ids.push_back(i + 1);
@@ -180,7 +180,7 @@ class ShapeRun final : public bake::SimulationReader {
     return positions;
   }
 
-  Shape shape_;
+  UnitSurface shape_;
   Box box_;
   std::vector<double> times_;
   bake::SimulationMesh mesh_;
@@ -317,7 +317,7 @@ std::vector<Experiment> other_components(const Model& model) {
   const Box box = box_of(model.node_positions(0));
   const auto times = times_of(model);
   std::vector<Experiment> experiments;
-  for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, Shape>>{
+  for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, UnitSurface>>{
            {"tube", tube}, {"narrow box", narrow_box}, {"corrugated plate", corrugated_plate}, {"ball", ball}})
     experiments.push_back(
         {name, [shape = shape, box, times] { return std::make_unique<ShapeRun>(shape, box, times); }});

@@ -1,5 +1,7 @@
 #include "tools/eval/icp_baseline.hpp"
 
+#include "runtime/src/model/eroded_elements.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <nanoflann.hpp>
@@ -22,26 +24,30 @@ struct Cloud {
 
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3, std::uint32_t>;
 
+struct NumberedElement {
+  std::array<std::uint32_t, 4> nodes{};
+  std::size_t number = 0;
+};
+
 /// Elements with all nodes in the observed region; if there are none, all elements.
-std::vector<std::array<std::uint32_t, 4>> observed_elements(const Model& model) {
+std::vector<NumberedElement> observed_elements(const Model& model) {
   std::vector<std::uint8_t> observed(model.nodes(), 0);
   for (const std::uint32_t node : model.vertex_nodes(0)) observed[node] = 1;
-  std::vector<std::array<std::uint32_t, 4>> all, chosen;
+  std::vector<NumberedElement> all, chosen;
   for (std::size_t e = 0; e < model.elements(); ++e) {
-    std::array<std::uint32_t, 4> element{};
-    std::copy_n(&model.element_nodes()[4 * e], 4, element.begin());
+    NumberedElement element{.number = e};
+    std::copy_n(&model.element_nodes()[4 * e], 4, element.nodes.begin());
     all.push_back(element);
-    if (std::ranges::all_of(element, [&](std::uint32_t node) { return observed[node] != 0; }))
+    if (std::ranges::all_of(element.nodes, [&](std::uint32_t node) { return observed[node] != 0; }))
       chosen.push_back(element);
   }
   return chosen.empty() ? all : chosen;
 }
 
 /// The centers of side x side equal parts of each element (bilinear).
-Cloud surface_points(std::span<const float> positions, std::span<const std::array<std::uint32_t, 4>> elements,
-                     std::uint32_t side) {
+Cloud surface_points(std::span<const float> positions, std::span<const NumberedElement> elements, std::uint32_t side) {
   Cloud cloud;
-  for (const auto& element : elements)
+  for (const auto& [element, number] : elements)
     for (std::uint32_t i = 0; i < side * side; ++i) {
       const float u = (static_cast<float>(i % side) + 0.5f) / static_cast<float>(side),
                   v = (static_cast<float>(i / side) + 0.5f) / static_cast<float>(side);
@@ -102,10 +108,14 @@ struct IcpBaseline::Target {
 };
 
 IcpBaseline::IcpBaseline(const Model& model, const IcpSettings& settings) : settings_(settings) {
-  const auto elements = observed_elements(model);
-  for (std::uint32_t s = 0; s < model.samples(); ++s)
+  const auto observed = observed_elements(model);
+  for (std::uint32_t s = 0; s < model.samples(); ++s) {
+    const std::vector<std::uint8_t> present = present_elements(model, s);
+    auto elements = observed;
+    if (!present.empty()) std::erase_if(elements, [&](const auto& element) { return present[element.number] == 0; });
     targets_.push_back(
         std::make_unique<const Target>(surface_points(model.node_positions(s), elements, settings.subdivision)));
+  }
 }
 IcpBaseline::~IcpBaseline() = default;
 

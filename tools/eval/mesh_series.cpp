@@ -25,6 +25,7 @@ void MeshSeries::add_match(const std::string& number, std::uint32_t sample, doub
     model_.read_field(f, sample, fields.emplace_back(model_.field_size(f)));
     arrays.push_back({std::string(info.name), std::span<const float>(fields.back())});
   }
+  const std::vector<std::uint32_t> erosion = add_erosion({{model_.sample(sample), 1.0f}}, grid);
   matches_.push_back({time_s, folder_ / ("matched_" + number + ".vtu")});
   io::write_vtu(matches_.back().file, grid);
 }
@@ -42,8 +43,15 @@ void MeshSeries::add_estimate(const std::string& number, const SurfaceFit& fit, 
     arrays.push_back({std::string(info.name), std::span<const float>(fields[f].mean)});
     add_uncertainty(std::string(info.name), fields[f], arrays);
   }
+  const std::vector<std::uint32_t> erosion = add_erosion({fit.estimate.begin(), fit.estimate.end()}, grid);
   estimates_.push_back({time_s, folder_ / ("estimate_" + number + ".vtu")});
   io::write_vtu(estimates_.back().file, grid);
+}
+
+std::vector<std::uint32_t> MeshSeries::add_erosion(const Shape& shape, io::VtuGrid& grid) const {
+  std::vector<std::uint32_t> erosion = erosion_status(present_in(model_, shape));
+  if (!erosion.empty()) grid.cell_arrays.push_back({"EROSION_STATUS", std::span<const std::uint32_t>(erosion)});
+  return erosion;
 }
 
 void MeshSeries::add_uncertainty(const std::string& name, const Inferred& inferred, Arrays& arrays) {

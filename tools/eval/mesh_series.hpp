@@ -2,6 +2,7 @@
 #pragma once
 
 #include "adapters/export/vtu.hpp"
+#include "tools/shared/matching/shapes.hpp"
 
 #include <lbea/inference.hpp>
 
@@ -12,7 +13,7 @@ namespace lbea::tool {
 class MeshSeries {
  public:
   MeshSeries(const Model& model, std::filesystem::path folder) : model_(model), folder_(std::move(folder)) {}
-  /// The whole mesh of the sample with all fields.
+  /// The whole mesh of the sample with all fields. Eroded elements have EROSION_STATUS 0, in estimates, too.
   void add_match(const std::string& number, std::uint32_t sample, double time_s);
   /// The whole mesh of the estimate: weighted mean of every field, "<field>_spread" with its standard deviation over
   /// the plausible candidates, "<field>_bound_90" with its bound; "position_spread" and "position_bound_90", the same
@@ -23,6 +24,8 @@ class MeshSeries {
 
  private:
   using Arrays = std::vector<io::VtuArray>;
+  /// The array EROSION_STATUS, when some sample lacks elements. The grid keeps a view of what is returned.
+  [[nodiscard]] std::vector<std::uint32_t> add_erosion(const Shape& shape, io::VtuGrid& grid) const;
   static void add_uncertainty(const std::string& name, const Inferred& inferred, Arrays& arrays);
 
   const Model& model_;

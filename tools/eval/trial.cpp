@@ -121,7 +121,9 @@ class Test {
   /// The same and truth_.
   void read_truth(std::uint32_t step) {
     read(step);
-    mesh_.positions(state_.positions, truth_);
+    std::vector<float> positions = state_.positions;
+    hide_free_nodes(reader_->mesh(), state_.alive, positions);
+    mesh_.positions(positions, truth_);
   }
   /// Seconds since the impact.
   [[nodiscard]] double time_s(std::uint32_t step) const {
@@ -304,20 +306,25 @@ class Test {
     infer_field(model_, 0, result.fit, inferred_);
     std::vector<float> matched(model_.field_size(0)), truth;
     model_.read_field(0, model_.sample_index(result.matches.front().sample), matched);
-    for (const std::uint32_t element : mesh_.elements()) truth.push_back(state_.fields[run_field_][element]);
+    for (const std::uint32_t element : mesh_.elements())
+      truth.push_back(state_.alive[element] != 0 ? state_.fields[run_field_][element]
+                                                 : std::numeric_limits<float>::quiet_NaN());
     double magnitude = 0, of_matched = 0, of_inferred = 0, of_hidden = 0;
-    std::size_t hidden = 0;
+    std::size_t hidden = 0, all_compared = 0;
     for (std::size_t e = 0; e < model_.elements(); ++e) {
       const double value = double{truth[e]}, off = std::abs(double{inferred_.mean[e]} - value);
+      const double off_matched = std::abs(double{matched[e]} - value);
+      if (std::isnan(off + off_matched)) continue;  // eroded in one of the three
+      ++all_compared;
       magnitude += std::abs(value);
-      of_matched += std::abs(double{matched[e]} - value);
+      of_matched += off_matched;
       of_inferred += off;
       const auto nodes = model_.element_nodes().subspan(4 * e, 4);
       if (std::ranges::all_of(nodes, [&](std::uint32_t node) { return observed_[node] != 0; })) continue;
       of_hidden += off;
       ++hidden;
     }
-    const auto all = static_cast<double>(model_.elements());
+    const auto all = static_cast<double>(all_compared);
     row.field = {magnitude / all, of_matched / all, of_inferred / all};
     if (hidden > 0) row.field.hidden = of_hidden / static_cast<double>(hidden);
     row.of(Bounded::field) = check_bounds(truth, 1);
@@ -326,8 +333,13 @@ class Test {
   [[nodiscard]] BoundCheck check_bounds(std::span<const float> truth, std::size_t components) const {
     if (inferred_.bound_90.empty()) return {};
     BoundCheck check{0, 0};
-    const double count = static_cast<double>(inferred_.bound_90.size());
+    const auto is_known = [&](std::size_t i) {
+      return !std::isnan(inferred_.mean[i * components] - truth[i * components]) && !std::isnan(inferred_.bound_90[i]);
+    };
+    double count = 0;
+    for (std::size_t i = 0; i < inferred_.bound_90.size(); ++i) count += is_known(i) ? 1 : 0;
     for (std::size_t i = 0; i < inferred_.bound_90.size(); ++i) {
+      if (!is_known(i)) continue;  // eroded in the run or in the estimate
       double error = 0;
       for (std::size_t c = i * components; c < (i + 1) * components; ++c)
         error = std::hypot(error, double{inferred_.mean[c]} - double{truth[c]});

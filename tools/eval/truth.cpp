@@ -163,17 +163,37 @@ const std::vector<float>& Truth::positions(const Row& row) {
 
 void Truth::read_state(std::uint32_t state, std::vector<float>& into) {
   run_->read(state, state_);
+  hide_free_nodes(run_->mesh(), state_.alive, state_.positions);
   mesh_.positions(state_.positions, into);
+}
+
+void hide_free_nodes(const bake::SimulationMesh& mesh, std::span<const std::uint8_t> alive,
+                     std::vector<float>& positions) {
+  if (std::ranges::find(alive, 0) == alive.end()) return;
+  std::vector<std::uint8_t> is_free(mesh.nodes());
+  const auto mark = [&](bool of_living, std::uint8_t value) {
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+      for (const std::uint32_t node : mesh.elements[e])
+        if ((alive[e] != 0) == of_living) is_free[node] = value;
+  };
+  mark(false, 1);
+  mark(true, 0);
+  for (std::size_t node = 0; node < is_free.size(); ++node)
+    if (is_free[node] != 0) std::fill_n(&positions[3 * node], 3, std::numeric_limits<float>::quiet_NaN());
 }
 
 double experiment_error(std::span<const float> truth, std::span<const float> sample) {
   double sum = 0;
+  std::size_t nodes = 0;
   for (std::size_t i = 0; i + 2 < truth.size(); i += 3) {
     const double dx = double{truth[i]} - double{sample[i]}, dy = double{truth[i + 1]} - double{sample[i + 1]},
                  dz = double{truth[i + 2]} - double{sample[i + 2]};
-    sum += std::sqrt(dx * dx + dy * dy + dz * dz);
+    const double distance = std::sqrt(dx * dx + dy * dy + dz * dz);
+    if (std::isnan(distance)) continue;
+    sum += distance;
+    ++nodes;
   }
-  return sum / static_cast<double>(truth.size() / 3);
+  return sum / static_cast<double>(nodes);
 }
 
 Oracle oracle(const Model& model, std::span<const float> truth) {

@@ -62,7 +62,12 @@ class Truth {
   std::vector<float> positions_, next_;
 };
 
-/// EE, eq. 4: mean over the nodes of the whole mesh of |s^e_i - s*_i|, in the length unit. Both: nodes x 3.
+/// Makes the positions of nodes whose elements are all eroded NaN. alive: per element; positions: nodes x 3.
+void hide_free_nodes(const bake::SimulationMesh& mesh, std::span<const std::uint8_t> alive,
+                     std::vector<float>& positions);
+
+/// EE, eq. 4: mean over the nodes of the whole mesh of |s^e_i - s*_i|, in the length unit; NaN where the experiment's
+/// run has no node: it does not count. Both: nodes x 3.
 [[nodiscard]] double experiment_error(std::span<const float> truth, std::span<const float> sample);
 
 struct Oracle {

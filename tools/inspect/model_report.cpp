@@ -3,12 +3,14 @@
 #include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 #include "runtime/src/model/mapped_file.hpp"
 #include "runtime/src/model/model_view.hpp"
 #include "runtime/src/model/section_reader.hpp"
 
 #include <lbea/lbea.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -24,16 +26,33 @@ const char* type_name(std::uint32_t type) {
   return type < names.size() ? names[type] : names[0];
 }
 
+/// Of the samples that lack elements of the model, and these elements.
+void add_erosion(const Model& model, Json& sizes) {
+  if (model.view().eroded.empty()) return;
+  std::uint32_t samples = 0;
+  std::vector<std::uint8_t> lacked(model.elements());
+  for (std::uint32_t s = 0; s < model.samples(); ++s) {
+    const std::vector<std::uint8_t> present = present_elements(model, s);
+    samples += std::ranges::find(present, 0) != present.end() ? 1u : 0u;
+    for (std::size_t e = 0; e < present.size(); ++e)
+      if (present[e] == 0) lacked[e] = 1;
+  }
+  sizes["elements_some_samples_lack"] = std::ranges::count(lacked, 1);
+  sizes["samples_lacking_elements"] = samples;
+}
+
 Json sizes_json(const Model& model) {
-  return {{"reference_mode", model.reference_mode() == ReferenceMode::impact ? "impact" : "over-time"},
-          {"references", model.references()},
-          {"vertices", model.vertices()},
-          {"modes", model.modes()},
-          {"samples", model.samples()},
-          {"simulations", model.simulations()},
-          {"nodes", model.nodes()},
-          {"elements", model.elements()},
-          {"length_unit", model.length_unit()}};
+  Json sizes{{"reference_mode", model.reference_mode() == ReferenceMode::impact ? "impact" : "over-time"},
+             {"references", model.references()},
+             {"vertices", model.vertices()},
+             {"modes", model.modes()},
+             {"samples", model.samples()},
+             {"simulations", model.simulations()},
+             {"nodes", model.nodes()},
+             {"elements", model.elements()},
+             {"length_unit", model.length_unit()}};
+  add_erosion(model, sizes);
+  return sizes;
 }
 
 /// One per rig that the ensemble was rendered for.

@@ -5,6 +5,7 @@
 #include "precompute/registration/alignment.hpp"
 #include "precompute/registration/registration.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
+#include "runtime/src/model/eroded_elements.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -70,10 +71,13 @@ Undeformed undeformed_component(const Model& model, double least_variation) {
   std::vector<std::span<const float>> shapes;
   for (std::uint32_t s = 0; s < model.samples(); ++s)
     if (model.sample_time_s(s) <= earliest) shapes.push_back(model.node_positions(s));
+  const std::vector<std::uint8_t> present = present_elements(model, 0);
   Undeformed component{bake::shape_modes(shapes, least_variation), {}};
   component.elements.resize(model.elements());
   for (std::size_t i = 0; i < model.element_nodes().size(); ++i)
     component.elements[i / 4][i % 4] = model.element_nodes()[i];
+  for (std::size_t e = 0; e < present.size(); ++e)
+    if (present[e] == 0) component.elements[e].fill(component.elements[e][0]);  // without area
   return component;
 }
 

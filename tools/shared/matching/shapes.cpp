@@ -1,5 +1,7 @@
 #include "tools/shared/matching/shapes.hpp"
 
+#include "runtime/src/model/eroded_elements.hpp"
+
 #include <lbea/inference.hpp>
 
 #include <algorithm>
@@ -67,12 +69,40 @@ std::vector<float> final_positions_of(const Model& model, const wire::WireForeca
   return final_positions(model, test);
 }
 
+std::vector<std::uint8_t> present_in(const Model& model, const Shape& shape) {
+  if (model.view().eroded.empty()) return {};
+  float all = 0;
+  std::vector<float> weights(model.elements());
+  for (const auto& [sample, weight] : shape) {
+    const std::vector<std::uint8_t> present = present_elements(model, model.sample_index(sample));
+    all += weight;
+    for (std::size_t e = 0; e < weights.size(); ++e) weights[e] += present[e] != 0 ? weight : 0;
+  }
+  std::vector<std::uint8_t> present(weights.size());
+  std::ranges::transform(weights, present.begin(), [&](float weight) { return weight > all / 2 ? 1 : 0; });
+  return present;
+}
+
+std::vector<std::uint32_t> eroded_in(const Model& model, const Shape& shape) {
+  const std::vector<std::uint8_t> present = present_in(model, shape);
+  std::vector<std::uint32_t> eroded;
+  for (std::uint32_t e = 0; e < present.size(); ++e)
+    if (present[e] == 0) eroded.push_back(e);
+  return eroded;
+}
+
 std::vector<std::array<std::uint32_t, 4>> elements_of(const Model& model) {
   const auto corners = model.element_nodes();
   std::vector<std::array<std::uint32_t, 4>> elements;
   elements.reserve(model.elements());
   for (std::size_t e = 0; e < model.elements(); ++e)
     elements.push_back({corners[4 * e], corners[4 * e + 1], corners[4 * e + 2], corners[4 * e + 3]});
+  return elements;
+}
+
+std::vector<std::array<std::uint32_t, 4>> without_eroded(std::vector<std::array<std::uint32_t, 4>> elements,
+                                                         std::span<const std::uint32_t> eroded) {
+  for (const std::uint32_t e : eroded) elements[e].fill(elements[e][0]);
   return elements;
 }
 

@@ -26,8 +26,24 @@ struct Leaders {
 /// The node positions at the end of the test, nodes() x 3, that a result forecasts; empty: no forecast of the model.
 [[nodiscard]] std::vector<float> final_positions_of(const Model& model, const wire::WireForecast& forecast);
 
+/// Per element 1, or 0 where samples with at least half of the weight have lost it; empty when no sample lacks
+/// elements.
+[[nodiscard]] std::vector<std::uint8_t> present_in(const Model& model, const Shape& shape);
+
+/// The elements that are not present.
+[[nodiscard]] std::vector<std::uint32_t> eroded_in(const Model& model, const Shape& shape);
+
+/// The same as the array EROSION_STATUS of mesh files.
+[[nodiscard]] inline std::vector<std::uint32_t> erosion_status(const std::vector<std::uint8_t>& present) {
+  return {present.begin(), present.end()};
+}
+
 /// The corners of the component's elements; a triangle repeats its last node.
 [[nodiscard]] std::vector<std::array<std::uint32_t, 4>> elements_of(const Model& model);
+
+/// The same; the corners of eroded elements fall together, so that they have no area.
+[[nodiscard]] std::vector<std::array<std::uint32_t, 4>> without_eroded(
+    std::vector<std::array<std::uint32_t, 4>> elements, std::span<const std::uint32_t> eroded);
 
 inline constexpr std::size_t most_samples_of_shape = 256;
 
