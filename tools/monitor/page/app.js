@@ -85,7 +85,7 @@ class Page {
     const { head, arrays } = this.snapshot, color = byId("color").value;
     const kind = byId("mesh-kind").value, mesh = arrays[kind];
     if (mesh) this.placeMesh(mesh, arrays, kind, color);
-    if (arrays.ghost && isChecked("show-ghost")) this.scene.ghost.place(arrays.ghost);
+    if (arrays.ghost && isChecked("show-ghost")) this.scene.ghost.place(arrays.ghost, arrays.ghost_eroded);
     if (arrays.final && isChecked("show-final")) this.scene.final.place(arrays.final);
     if (arrays.cloud) this.scene.setCloud(arrays.cloud, head.scene.lo, head.scene.hi, color === "distance");
     this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), mesh: isChecked("show-mesh") && Boolean(mesh),
@@ -105,7 +105,7 @@ class Page {
     if (this.isStale.scene) await new Promise((drawn) => this.awaiting.push(drawn));
   }
   placeMesh(mesh, arrays, kind, color) {
-    this.scene.mesh.place(mesh);
+    this.scene.mesh.place(mesh, arrays[`${kind}_eroded`]);
     const values = arrays[(kind === "match" ? "match_" : "") + color];
     if (!values) return this.scene.mesh.paintPlain(this.scene.plain);
     const field = this.model.fields[Number(color.slice(5))], colors = new Uint8Array(values.length * 3);

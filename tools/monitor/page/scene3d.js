@@ -11,6 +11,7 @@ const plainMesh = { light: 0x9fb2c4, dark: 0x5f7387 };
 class Mesh {
   constructor(elements, nodes, ghost) {
     this.elements = elements;
+    this.eroded = [];
     const faces = elements.length / 4;
     this.corners = new Uint32Array(faces * 6);
     for (let e = 0; e < faces; ++e) [0, 1, 2, 0, 2, 3].forEach((k, i) => (this.corners[e * 6 + i] = elements[e * 4 + k]));
@@ -32,7 +33,9 @@ class Mesh {
     this.group.visible = false;
     for (const part of [this.surface, this.edges]) part.frustumCulled = false;
   }
-  place(nodes) {
+  /// eroded: elements that are not drawn; their corners fall together.
+  place(nodes, eroded = []) {
+    this.erode(eroded);
     const to = this.positions.array;
     for (let i = 0; i < this.corners.length; ++i) {
       const from = this.corners[i] * 3;
@@ -42,6 +45,15 @@ class Mesh {
     }
     this.nodes.array.set(nodes);
     this.positions.needsUpdate = this.nodes.needsUpdate = true;
+  }
+  erode(eroded) {
+    if (eroded.length === this.eroded.length && eroded.every((e, i) => e === this.eroded[i])) return;
+    this.eroded = eroded;
+    const gone = new Set(eroded);
+    for (let e = 0; e < this.elements.length / 4; ++e)
+      [0, 1, 2, 0, 2, 3].forEach((k, i) => (this.corners[e * 6 + i] = this.elements[e * 4 + (gone.has(e) ? 0 : k)]));
+    const left = this.elements.filter((_, i) => !gone.has(Math.floor(i / 4)));
+    this.edgeGeometry.setIndex(new THREE.BufferAttribute(edgesOf(left, this.nodes.count), 1));
   }
   /// colors: three bytes per element.
   paintElements(colors) {

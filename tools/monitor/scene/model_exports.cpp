@@ -89,6 +89,8 @@ http::Response mesh_response(const Model& model, const Shape& shape) {
   grid.point_arrays.push_back({"node_id", model.node_ids(), 1});
   grid.cell_arrays.push_back({"element_id", model.element_ids(), 1});
   grid.cell_arrays.push_back({"part_id", model.element_parts(), 1});
+  const std::vector<std::uint32_t> erosion = erosion_status(present_in(model, shape));
+  if (!erosion.empty()) grid.cell_arrays.push_back({"EROSION_STATUS", std::span<const std::uint32_t>(erosion), 1});
   for (std::uint32_t i = 0; i < model.fields(); ++i) {
     const FieldInfo info = model.field(i);
     auto& arrays = info.location == FieldInfo::Location::node ? grid.point_arrays : grid.cell_arrays;

@@ -145,11 +145,13 @@ nlohmann::json SceneBuilder::add_meshes(const wire::WireResult& result, Packet& 
     if (!is_shape_of(model_, shape)) return positions;
     positions = positions_of(model_, shape);
     packet.add(name, positions);
+    if (const auto eroded = eroded_in(model_, shape); !eroded.empty())
+      packet.add(std::string(name) + "_eroded", eroded);
     shown[name] = {{"shape", to_json(shape)}, {"time_s", time_of(model_, shape)}};
     return positions;
   };
   if (const auto positions = add("estimate", leaders.estimate); !positions.empty())
-    surface.emplace(positions, elements_);
+    surface.emplace(positions, without_eroded(elements_, eroded_in(model_, leaders.estimate)));
   add("match", leaders.match);
   add("ghost", leaders.ghost);
   if (const auto end = final_positions_of(model_, result.forecast); !end.empty()) packet.add("final", end);

@@ -24,8 +24,8 @@ class SceneBuilder {
  public:
   SceneBuilder(const Model& model, ModelRanges ranges);
   /// Adds "scene" to `head` and finishes the packet. Sections: "estimate", "match", "ghost" (the best sample of another
-  /// simulation), "final" (at the end, as forecast): nodes x 3; "field0", ...: of the estimate; "match_field0", ...: of
-  /// the match; "cloud": points x 4,
+  /// simulation), "final" (at the end, as forecast): nodes x 3; "estimate_eroded", ...: elements that the first three
+  /// have lost, if any; "field0", ...: of the estimate; "match_field0", ...: of the match; "cloud": points x 4,
   /// u16: position in the box of the scene, and distance from the estimate as a share of its limit.
   [[nodiscard]] std::string build(const Moment& moment, nlohmann::json head) const;
 

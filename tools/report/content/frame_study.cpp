@@ -38,12 +38,18 @@ std::optional<StudiedFrame> compared(const Model& model, const ChosenFrame& chos
   if (!is_shape_of(model, leaders.match) || !is_shape_of(model, leaders.estimate)) return std::nullopt;
   std::vector<float> match = positions_of(model, leaders.match), estimate = positions_of(model, leaders.estimate);
   const double reach = reach_share * size_of(match);
-  CloudComparison to_match(frame.points, match, elements, reach), to_estimate(frame.points, estimate, elements, reach);
+  std::vector<std::uint32_t> match_eroded = eroded_in(model, leaders.match),
+                             estimate_eroded = eroded_in(model, leaders.estimate);
+  CloudComparison to_match(frame.points, match, without_eroded({elements.begin(), elements.end()}, match_eroded),
+                           reach),
+      to_estimate(frame.points, estimate, without_eroded({elements.begin(), elements.end()}, estimate_eroded), reach);
   return StudiedFrame{chosen.time_s,
                       std::move(*frame.result),
                       std::move(frame.points),
                       std::move(match),
                       std::move(estimate),
+                      std::move(match_eroded),
+                      std::move(estimate_eroded),
                       time_of(model, leaders.match),
                       time_of(model, leaders.estimate),
                       std::move(to_match),

@@ -3,6 +3,7 @@
 #include "tools/report/page/page.hpp"
 #include "tools/report/page/picture.hpp"
 #include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/matching/shapes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -84,17 +85,19 @@ std::string FramePictures::measured(const StudiedFrame& frame) const {
 std::string FramePictures::match(const StudiedFrame& frame) const {
   const Sample sample = frame.result.matches.empty() ? Sample{} : frame.result.matches.front().sample;
   const std::string name = simulation_name(report_.names, sample.simulation);
-  return picture_figure(
-      picture_of_mesh(view_, frame.match, report_.frames.elements, scale_.of(frame.to_match.element_distances())),
-      "Matched simulation " + name + " at " + time_text(frame.time_s),
-      "<strong>Match</strong>: " + escaped(name) + ", step " + std::to_string(sample.time_step) + " at " +
-          time_text(frame.match_time_s) + "; " + distance_caption(frame.to_match, report_.length_unit()));
+  return picture_figure(picture_of_mesh(view_, frame.match, without_eroded(report_.frames.elements, frame.match_eroded),
+                                        scale_.of(frame.to_match.element_distances())),
+                        "Matched simulation " + name + " at " + time_text(frame.time_s),
+                        "<strong>Match</strong>: " + escaped(name) + ", step " + std::to_string(sample.time_step) +
+                            " at " + time_text(frame.match_time_s) + "; " +
+                            distance_caption(frame.to_match, report_.length_unit()));
 }
 
 std::string FramePictures::estimate(const StudiedFrame& frame) const {
   if (frame.result.fit.estimate.empty()) return "";
   return picture_figure(
-      picture_of_mesh(view_, frame.estimate, report_.frames.elements, scale_.of(frame.to_estimate.element_distances())),
+      picture_of_mesh(view_, frame.estimate, without_eroded(report_.frames.elements, frame.estimate_eroded),
+                      scale_.of(frame.to_estimate.element_distances())),
       "Estimate at " + time_text(frame.time_s),
       "<strong>Estimate</strong>, a blend of simulations at " + time_text(frame.estimate_time_s) + " of their time; " +
           distance_caption(frame.to_estimate, report_.length_unit()));
