@@ -285,7 +285,7 @@ Survey SurveyCollection::finish() const {
   for (auto& warning : {unlikely_times(survey), short_runs(survey, names_), odd_times(survey, names_),
                         missing_last(survey, names_, steps_)})
     if (warning) survey.warnings.push_back(*warning);
-  if (const std::size_t kept = survey.mesh.elements.size(), all = mesh_.reference().elements.size(); 2 * kept < all)
+  if (const std::size_t kept = survey.mesh.elements.size(), all = survey.losses.elements; 2 * kept < all)
     survey.warnings.push_back("only " + std::to_string(kept) + " of the reference run's " + std::to_string(all) +
                               " elements exist in all runs, with the same nodes; is a run numbered in another way?");
   const auto box = box_of(extents_, reference_places(survey));

@@ -1,5 +1,5 @@
 // The parts of the monitor.
-#include "tests/support/synthetic_model.hpp"
+#include "tests/support/eroding_plates.hpp"
 #include "tests/wire/wire_support.hpp"
 #include "tools/monitor/feeds/health.hpp"
 #include "tools/monitor/feeds/recording_feed.hpp"
@@ -377,6 +377,29 @@ TEST_CASE("scenes of a model: meshes blend, distances are those from the surface
   const auto other = read(scenes.build({result, std::make_shared<const std::vector<Point>>(cloud)}, {}));
   CHECK(!other.head["sections"].contains("match"));
   CHECK(other.section<std::uint16_t>("cloud")[3] == 65535);
+}
+
+TEST_CASE("scenes name the elements that a shape has lost; points in the hole are measured from its rim") {
+  const TemporaryFolder folder;
+  bake_model(eroding_plates(2, 2, 1), bent_plates_description(), folder / "plates.lbea");
+  const Model model = Model::open(folder / "plates.lbea");
+  SceneBuilder scenes(model, ranges_of(model));
+  const std::uint32_t whole = model.sample_index({0, 1});
+  const float* middle = &model.node_positions(whole)[3 * patch_nodes()[4]];
+  const auto cloud = std::make_shared<const std::vector<Point>>(1, Point{middle[0], middle[1], middle[2]});
+  WireResult result = result_of(3);
+  result.model_checksum = model.checksum();
+  result.matches = {{{0, 1}, "whole_0", 0, 1}, {{3, 1}, "eroding_1", 0, 2}};
+  const auto with_whole = read(scenes.build({result, cloud}, {}));
+  CHECK_FALSE(with_whole.head["sections"].contains("match_eroded"));
+  CHECK(with_whole.section<std::uint32_t>("ghost_eroded").size() == 16);
+  CHECK(with_whole.section<std::uint16_t>("cloud")[3] == 0);
+  result.matches = {{{1, 1}, "eroding_0", 0, 1}};
+  const auto with_hole = read(scenes.build({result, cloud}, {}));
+  const std::vector<std::size_t> patch = patch_elements();
+  CHECK(std::ranges::equal(with_hole.section<std::uint32_t>("match_eroded"), patch));
+  CHECK(with_hole.section<std::uint32_t>("estimate_eroded").size() == 16);
+  CHECK(with_hole.section<std::uint16_t>("cloud")[3] > 60'000);  // 20 mm to the rim; more than 10 mm count alike
 }
 
 TEST_CASE("the forecast is shown as it was published, and only then") {

@@ -191,6 +191,16 @@ TEST_CASE("depth images have the hole in the samples that have it, also those th
   }
 }
 
+TEST_CASE("the images of further rigs have the hole, too") {
+  BakeOptions options = with_views();
+  options.more_depth_renderers.push_back(options.depth_renderer);
+  const TemporaryFolder folder;
+  bake_model(eroding_plates(2, steps, from), bent_plates_description(), folder / "m.lbea", options);
+  const Model model = Model::open(folder / "m.lbea");
+  REQUIRE(model.view().more_depth_images.size() == 1);
+  CHECK(std::ranges::equal(model.view().depth_images->depths, model.view().more_depth_images[0]->depths));
+}
+
 TEST_CASE("a frame with the hole is matched to the run that has it, one without to its twin") {
   const Model model = Model::view(eroding_model().span());
   Matcher matcher(model, fit_config());
@@ -218,6 +228,32 @@ TEST_CASE("an estimate has lost an element when samples with at least half of th
     if (weight < 0.5f) CHECK(inferred.mean[element] == value);
     CHECK_FALSE(std::isnan(inferred.mean[0]));
     CHECK_FALSE(std::isnan(inferred.spread[0]));
+  }
+}
+
+TEST_CASE("the estimate of an unseen run has lost what similar runs have lost") {
+  Ensemble ensemble;
+  const auto erodes_from = [](double angle) { return angle > 0.85 ? from : steps; };  // those that bend far
+  for (std::uint32_t run = 0; run < 8; ++run) {
+    const double angle = 0.5 + 0.1 * run;
+    ensemble.runs.push_back({"plate_" + std::to_string(run), {}, [=] {
+                               return std::make_unique<SyntheticSimulation>(
+                                   eroding_plate(angle, steps, erodes_from(angle)));
+                             }});
+  }
+  const TemporaryFolder folder;
+  bake_model(ensemble, bent_plates_description(), folder / "m.lbea", with_views());
+  const Model model = Model::open(folder / "m.lbea");
+  Matcher matcher(model, fit_config());
+  for (const double angle : {0.65, 0.75, 1.05, 1.15}) {
+    SimulationState state;
+    eroding_plate(angle, steps, erodes_from(angle)).read(steps - 1, state);
+    const MatchResult result = matched(matcher, frame_of(state));
+    Inferred inferred;
+    infer_field(model, 0, result.fit, inferred);
+    CAPTURE(angle);
+    CHECK(std::isnan(inferred.mean[patch_elements()[5]]) == (erodes_from(angle) == from));
+    CHECK_FALSE(std::isnan(inferred.mean[0]));
   }
 }
 

@@ -48,13 +48,13 @@ std::optional<StudiedFrame> compared(const Model& model, const ChosenFrame& chos
                       std::move(frame.points),
                       std::move(match),
                       std::move(estimate),
-                      std::move(match_eroded),
-                      std::move(estimate_eroded),
                       time_of(model, leaders.match),
                       time_of(model, leaders.estimate),
                       std::move(to_match),
                       std::move(to_estimate),
-                      chosen.is_shown};
+                      chosen.is_shown,
+                      std::move(match_eroded),
+                      std::move(estimate_eroded)};
 }
 
 }  // namespace

@@ -10,12 +10,12 @@ namespace lbea::tool {
 struct StudiedFrame {
   double time_s = 0;  // since the test's first frame
   wire::WireResult result;
-  std::vector<Point> points;                                 // reference coordinates, thinned
-  std::vector<float> match, estimate;                        // nodes x 3; without method fit the same
-  std::vector<std::uint32_t> match_eroded, estimate_eroded;  // elements
-  double match_time_s = 0, estimate_time_s = 0;              // in the simulations
+  std::vector<Point> points;                     // reference coordinates, thinned
+  std::vector<float> match, estimate;            // nodes x 3; without method fit the same
+  double match_time_s = 0, estimate_time_s = 0;  // in the simulations
   CloudComparison to_match, to_estimate;
-  bool is_shown = false;  // one of the pictures' frames
+  bool is_shown = false;                                               // one of the pictures' frames
+  std::vector<std::uint32_t> match_eroded = {}, estimate_eroded = {};  // elements
 };
 
 struct FrameStudy {
