@@ -1,8 +1,7 @@
 // Depth images of one half of a bending plate beside the other half.
 #include "tools/shared/matching/assembled_views.hpp"
 
-#include "tests/components/cut_run.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/components/plate_parts.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <doctest/doctest.h>
@@ -14,19 +13,6 @@ using namespace lbea::bake;
 using namespace lbea::test;
 
 namespace {
-
-/// The plates between two planes across their length, in this order of runs.
-Model part_of_plates(const Cut& cut, bool reversed = false) {
-  const TemporaryFolder folder;
-  Ensemble ensemble = similar_plates(4, 6);
-  for (EnsembleRun& run : ensemble.runs)
-    run.open = [open = run.open, cut] { return std::make_unique<CutRun>(open(), std::vector{cut}); };
-  if (reversed) std::ranges::reverse(ensemble.runs);
-  EnsembleDescription description = bent_plates_description();
-  description.fields.clear();
-  bake_model(ensemble, description, folder / "part.lbea", with_views());
-  return Model::open(folder / "part.lbea");
-}
 
 constexpr float middle = 95;
 

@@ -21,7 +21,7 @@ void require(bool holds) {
 
 class EmptyFeed final : public Feed {
  public:
-  std::string rows_after(LogCursor&) override { return {}; }
+  std::string rows_after(LogCursors&) override { return {}; }
   std::optional<http::Response> respond(std::string_view target) override {
     if (http::query_value(target, "shape").empty()) return {};
     return http::Response{200, "text/plain", "feed"};

@@ -5,39 +5,9 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
-import { cell, count, launchBrowser, monitor, noteFrames, out, require, run, send, serve, skipUnlessLong, sockets, start, stop, until, words } from "./browser_support.mjs";
+import { cell, checkAxe, checkNoOverflow, count, launchBrowser, look, monitor, noteFrames, out, run, send, serve, set, shows, skipUnlessLong, sockets, start, stop, until, words } from "./browser_support.mjs";
 
 const longestLoading = 1000;  // ms from loopback
-
-/// Counts the pixels of the 3D view that differ from the background, those in the color of the cloud, and the colors.
-const look = (page) =>
-  page.evaluate(async () => {
-    const canvas = document.getElementById("canvas"), copy = document.createElement("canvas");
-    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-    [copy.width, copy.height] = [canvas.width, canvas.height];
-    const context = copy.getContext("2d");
-    context.drawImage(canvas, 0, 0);
-    const { data } = context.getImageData(0, 0, copy.width, copy.height);
-    const seen = { drawn: 0, cloud: 0, hash: 0, pixels: copy.width * copy.height, background: [...data.slice(0, 3)].join() };
-    const colors = new Set();
-    for (let i = 0; i < data.length; i += 4) {
-      const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
-      if (Math.abs(r - data[0]) + Math.abs(g - data[1]) + Math.abs(b - data[2]) < 24) continue;
-      ++seen.drawn;
-      if (r > 150 && g < 110 && b > 70 && b < 170) ++seen.cloud;
-      colors.add((r >> 3) * 1024 + (g >> 3) * 32 + (b >> 3));
-      seen.hash = (seen.hash * 31 + i + r * 7 + g * 3 + b) | 0;
-    }
-    return { ...seen, colors: colors.size };
-  });
-
-const set = (page, id, on) => page.locator(`#${id}`).setChecked(on);
-/// Waits until the view fulfills `holds`: software rendering is slow.
-const shows = async (page, holds, complaint) => {
-  let seen;
-  await until(async () => holds((seen = await look(page))), () => `${complaint}: ${JSON.stringify(seen)}`);
-  return seen;
-};
 
 /// Times of a page with an empty browser cache, in ms from the start of the navigation.
 async function timesOf(browser, url, hasScene) {
@@ -122,29 +92,6 @@ async function checkForecast(page) {
   await page.screenshot({ path: join(out, "forecast.png") });
   await set(page, "show-final", false);
   await shows(page, (seen) => seen.hash === without.hash, "the forecast end stays");
-}
-
-/// In a separate page: the checker is an inline script, which the policy of the page forbids.
-async function checkAxe(browser, url, name) {
-  const context = await browser.newContext({ bypassCSP: true, colorScheme: name, viewport: { width: 1280, height: 720 } });
-  const page = await context.newPage();
-  await page.goto(url);
-  await until(() => page.evaluate(() => document.querySelectorAll("#probability-list li").length > 0), "a browser that connects later has no curves");
-  await page.evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8"));
-  const { violations } = await page.evaluate(() => globalThis.axe.run());
-  await page.screenshot({ path: join(out, `page-${name}.png`) });
-  await context.close();
-  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
-  assert.deepEqual(serious.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`), [], `accessibility, ${name}`);
-}
-
-async function checkNoOverflow(page, name) {
-  const cut = await page.evaluate(() => {
-    const wide = document.documentElement.scrollWidth > innerWidth || document.documentElement.scrollHeight > innerHeight;
-    const small = [...document.querySelectorAll(".chart, .plane, #stage")].filter((e) => e.clientHeight < 60).map((e) => e.id || e.className);
-    return { wide, small };
-  });
-  assert.deepEqual(cut, { wide: false, small: [] }, `layout at ${name}`);
 }
 
 async function checkSizes(page) {

@@ -1,11 +1,14 @@
 // The parts of the monitor.
+#include "tests/components/plate_parts.hpp"
 #include "tests/support/eroding_plates.hpp"
+#include "tests/support/synthetic_model.hpp"
 #include "tests/wire/wire_support.hpp"
 #include "tools/monitor/feeds/health.hpp"
 #include "tools/monitor/feeds/recording_feed.hpp"
 #include "tools/monitor/feeds/test_log.hpp"
 #include "tools/monitor/scene/packet.hpp"
 #include "tools/monitor/scene/scene.hpp"
+#include "tools/monitor/scene/shown_components.hpp"
 #include "tools/monitor/web/access.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/recording/run_recorder.hpp"
@@ -211,7 +214,7 @@ TEST_CASE("a recording shows the curves of each test of a session") {
     }
     CHECK(recorder.finish().is_sound());
   }
-  const auto feed = make_recording_feed(folder / "run.mcap", Model::open(folder / "plates.lbea"));
+  const auto feed = make_recording_feed(folder / "run.mcap", open_models({(folder / "plates.lbea").string()}));
   const auto frames_of = [&](const std::string& session) {
     const auto response = feed->respond("/api/recording/rows?session=" + session + "&first=0");
     REQUIRE(response);
@@ -400,6 +403,51 @@ TEST_CASE("scenes name the elements that a shape has lost; points in the hole ar
   CHECK(std::ranges::equal(with_hole.section<std::uint32_t>("match_eroded"), patch));
   CHECK(with_hole.section<std::uint32_t>("estimate_eroded").size() == 16);
   CHECK(with_hole.section<std::uint16_t>("cloud")[3] > 60'000);  // 20 mm to the rim; more than 10 mm count alike
+}
+
+TEST_CASE("components are put together: each with its own mesh, and the cloud with the distance from the nearest one") {
+  const std::vector<NamedModel> models{{"clamped", "", part_of_plates({0, -INFINITY, 80})},
+                                       {"free", "", part_of_plates({0, 120, INFINITY})}};
+  const ShownComponents shown(models);
+  AssembledMoment moment;
+  std::vector<Point> cloud;
+  for (const NamedModel& named : models) {
+    WireResult& result = moment.results.emplace_back(result_of(3));
+    result.component = named.name;
+    result.model_checksum = named.model.checksum();
+    result.matches = {{{1, 5}, "plate", 0, 1}};
+    const auto nodes = named.model.node_positions(named.model.sample_index({1, 5}));
+    cloud.push_back({nodes[0], nodes[1], nodes[2]});
+    CHECK(shown.concerned(result) == std::vector<std::size_t>{cloud.size() - 1});
+  }
+  cloud.push_back({cloud[0].x, cloud[0].y, cloud[0].z + 4});  // mm
+  moment.cloud = std::make_shared<const std::vector<Point>>(cloud);
+  const auto packet = read(shown.build(moment, {}, {{{"number", 0}}, {{"number", 1}}}));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto bytes = packet.section<char>("component" + std::to_string(i));
+    const auto part = read({bytes.begin(), bytes.end()});
+    CHECK(part.head["number"] == i);
+    const auto nodes = models[i].model.node_positions(models[i].model.sample_index({1, 5}));
+    CHECK(part.section<float>("estimate") == std::vector<float>(nodes.begin(), nodes.end()));
+  }
+  const auto points = packet.section<std::uint16_t>("cloud");
+  const auto& scene = packet.head["scene"];
+  REQUIRE(points.size() == 4 * cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const float lo = scene["lo"][0], hi = scene["hi"][0];
+    CHECK(std::abs(lo + static_cast<float>(points[4 * i]) / 65535 * (hi - lo) - cloud[i].x) < (hi - lo) / 65000);
+  }
+  CHECK(points[3] == 0);
+  CHECK(points[7] == 0);
+  const double shown_mm = points[11] / 65535.0 * scene["distance_limit"].get<double>();
+  CHECK(shown_mm > 3);  // the plate is bent, so the nearest place is not below the point
+  CHECK(shown_mm < 4.01);
+
+  WireResult of_frame = result_of(4);
+  of_frame.status = WireStatus::empty_frame;
+  CHECK(shown.concerned(of_frame).size() == 2);
+  of_frame.component = "other";
+  CHECK(shown.concerned(of_frame).empty());
 }
 
 TEST_CASE("the forecast is shown as it was published, and only then") {

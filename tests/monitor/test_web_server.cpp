@@ -21,7 +21,11 @@ namespace {
 
 class FakeFeed final : public Feed {
  public:
-  std::string rows_after(LogCursor& cursor) override { return std::exchange(cursor.epoch, 1) == 0 ? "rows" : ""; }
+  std::string rows_after(LogCursors& cursors) override {
+    if (!cursors.empty()) return "";
+    cursors.resize(1);
+    return "rows";
+  }
   std::optional<http::Response> respond(std::string_view target) override {
     if (target.starts_with("/api/echo")) return http::Response{200, "text/plain", std::string(target)};
     return {};

@@ -16,7 +16,8 @@ namespace lbea::tool {
 namespace {
 
 struct Options {
-  std::string recording_file, results_endpoint, preview_endpoint, model_file, http = "127.0.0.1:8080";
+  std::string recording_file, results_endpoint, preview_endpoint, http = "127.0.0.1:8080";
+  std::vector<std::string> model_files;  // one per component
   WebConfig web;
 };
 
@@ -47,9 +48,9 @@ void add_options(Tool& tool, Options& options) {
           ->excludes(recording);
   tool.add_option("--frames", options.preview_endpoint, "endpoint of lbea-serve --preview, for the measured clouds")
       ->needs(results);
-  tool.add_option("--model", options.model_file,
-                  "baked model (.lbea) that the frames are matched with; default: the file that lbea-serve or the "
-                  "recording names")
+  tool.add_option("--model", options.model_files,
+                  "baked model (.lbea) that the frames are matched with, several for several components; default: the "
+                  "files that lbea-serve or the recording names")
       ->check(existing_file());
   tool.add_option("--http", options.http, "address and port of the page");
   tool.add_option("--allow-host", options.web.allowed_names,
@@ -81,13 +82,27 @@ Model open_model(const std::string& file, std::uint64_t checksum) {
   return model;
 }
 
-/// The model that lbea-serve names in its states, which come twice a second; nothing when this program is stopped.
-std::optional<Model> model_of_server(const std::string& results_endpoint) {
+std::vector<NamedModel> open_named(const std::vector<ComponentSettings>& components) {
+  std::vector<NamedModel> models;
+  for (const auto& [name, file, checksum] : components) models.push_back({name, file, open_model(file, checksum)});
+  return models;
+}
+
+/// The models that lbea-serve names in its states, which come twice a second; none when this program is stopped.
+std::vector<NamedModel> models_of_server(const std::string& results_endpoint) {
   wire::WireContext context;
   wire::ResultSource results(context, results_endpoint);
   log_info("waiting for lbea-serve on {} to name its model", results_endpoint);
   const auto state = wait_for_state(results, [] { return stop_requested != 0; });
-  return state ? std::optional(open_model(state->model.file, state->model.checksum)) : std::nullopt;
+  if (!state) return {};
+  if (!state->components.empty()) return open_named(components_of(*state));
+  return {{"", state->model.file, open_model(state->model.file, state->model.checksum)}};
+}
+
+std::vector<NamedModel> models_of_recording(const std::string& recording) {
+  const RunSettings settings = RecordedRun(recording).settings();
+  if (!settings.components.empty()) return open_named(settings.components);
+  return {{"", settings.model_file, open_model(settings.model_file, settings.model_checksum)}};
 }
 
 void wait_for_stop() {
@@ -95,10 +110,9 @@ void wait_for_stop() {
 }
 
 int watch_recording(const Options& options) {
-  const RunSettings settings = RecordedRun(options.recording_file).settings();
-  const auto feed = make_recording_feed(
-      options.recording_file, options.model_file.empty() ? open_model(settings.model_file, settings.model_checksum)
-                                                         : Model::open(options.model_file));
+  const auto models =
+      options.model_files.empty() ? models_of_recording(options.recording_file) : open_models(options.model_files);
+  const auto feed = make_recording_feed(options.recording_file, models);
   const WebServer server(options.web, *feed);
   log_info("ready: {} ({} frames)", server.url(), feed->frames());
   wait_for_stop();
@@ -106,10 +120,10 @@ int watch_recording(const Options& options) {
 }
 
 int watch_test(const Options& options) {
-  const auto model =
-      options.model_file.empty() ? model_of_server(options.results_endpoint) : Model::open(options.model_file);
-  if (!model) return exit_ok;
-  const auto feed = make_live_feed(options.results_endpoint, options.preview_endpoint, *model);
+  const auto models =
+      options.model_files.empty() ? models_of_server(options.results_endpoint) : open_models(options.model_files);
+  if (models.empty()) return exit_ok;
+  const auto feed = make_live_feed(options.results_endpoint, options.preview_endpoint, models);
   WebServer server(options.web, *feed);
   const auto relay = [&](ViewerChannel channel, std::int64_t time_ns, wire::Message message) {
     if (server.viewers() > 0)

@@ -72,8 +72,8 @@ std::string describe(const wire::ServerAccess& senders, const wire::ServerAccess
 }
 
 /// Of all models. Nothing when one cannot be opened.
-std::vector<ServedModel> check_models(Preflight& preflight, const ServeOptions& options) {
-  std::vector<ServedModel> models;
+std::vector<NamedModel> check_models(Preflight& preflight, const ServeOptions& options) {
+  std::vector<NamedModel> models;
   const bool is_one = !options.has_several_components();
   for (const std::string& file : options.model_files)
     preflight.check(is_one ? "model" : "model " + component_name(file), [&] {
@@ -84,7 +84,7 @@ std::vector<ServedModel> check_models(Preflight& preflight, const ServeOptions& 
   if (!is_one)
     preflight.check("components", [&] {
       std::vector<ComponentModel> components;
-      for (const ServedModel& served : models) {
+      for (const NamedModel& served : models) {
         require_beside(served, std::span(models).first(components.size()));
         components.push_back({served.name, served.model});
       }
@@ -138,7 +138,7 @@ std::string joined(const std::vector<std::string>& texts) {
 
 int check(ServeOptions options) {
   Preflight preflight;
-  const std::vector<ServedModel> models = check_models(preflight, options);
+  const std::vector<NamedModel> models = check_models(preflight, options);
   if (!models.empty() && !options.rig_options.poses.empty())
     preflight.check("pose",
                     [&] { return read_poses(options, models.front().model), joined(options.rig_options.poses); });
@@ -150,7 +150,7 @@ int check(ServeOptions options) {
     for (Finding& finding : findings) preflight.add(std::move(finding));
   }
   if (options.matcher.method == Method::fit)
-    for (const ServedModel& served : models)
+    for (const NamedModel& served : models)
       preflight.check(options.has_several_components() ? "fit " + served.name : "fit",
                       [&] { return describe_fit(options, served.model); });
   if (!models.empty() && !options.inferred_field.empty())
@@ -161,7 +161,7 @@ int check(ServeOptions options) {
   const bool records = !options.recording.file.empty();
   const std::uint64_t ring_bytes = records ? std::uint64_t{options.recording.memory_mb} << 20 : 0;
   std::uint64_t model_bytes = 0;
-  for (const ServedModel& served : models) model_bytes += served.model.hot_bytes(options.matcher.method);
+  for (const NamedModel& served : models) model_bytes += served.model.hot_bytes(options.matcher.method);
   preflight.add(check_memory(queue_bytes(options) + model_bytes + ring_bytes));
   for (Finding& finding : check_privileges(options.privileges, options.pipeline.matchers,
                                            models.empty() ? nullptr : &models.front().model, options.matcher.method))

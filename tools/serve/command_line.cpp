@@ -159,8 +159,8 @@ void read_poses(ServeOptions& options, const Model& model) {
   options.matcher.T_reference_sensor = options.rigs.front().T_reference_sensor;
 }
 
-void choose_method(ServeOptions& options, const std::vector<ServedModel>& models) {
-  const bool has_images = options.has_several_rigs() || std::ranges::all_of(models, [&](const ServedModel& served) {
+void choose_method(ServeOptions& options, const std::vector<NamedModel>& models) {
+  const bool has_images = options.has_several_rigs() || std::ranges::all_of(models, [&](const NamedModel& served) {
                             return has_images_for(options.matcher.T_reference_sensor, served.model);
                           });
   options.matcher.method = options.method.value_or(has_images ? Method::fit : Method::lbea);

@@ -35,7 +35,7 @@ void add_options(Tool& tool, ServeOptions& options);
 /// Reads what --pose names. Throws Error{file_not_found | bad_input}.
 void read_poses(ServeOptions& options, const Model& model);
 /// Sets matcher.method: without --method it is fit when all models have depth images for the pose, otherwise lbea.
-void choose_method(ServeOptions& options, const std::vector<ServedModel>& models);
+void choose_method(ServeOptions& options, const std::vector<NamedModel>& models);
 /// Warnings for what these options lack for this model: a verdict, or the time of impact. Call after choose_method().
 [[nodiscard]] std::vector<Finding> check_options(const ServeOptions& options, const Model& model);
 /// The index of --infer's field in the model. Throws Error{bad_config}.

@@ -26,7 +26,7 @@ constexpr auto description =
     "The exit code is 1 when any frame was dropped or all were rejected, when ids are missing between those received,\n"
     "when senders alternate, when something could not be recorded, or when the tally does not add up.";
 
-PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<ServedModel>& models) {
+PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<NamedModel>& models) {
   const Model& model = models.front().model;
   PipelineConfig config = options.pipeline;
   config.limits.max_points = options.matcher.max_points;
@@ -36,7 +36,7 @@ PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<Se
   config.description.version = LBEA_VERSION_STRING;
   config.description.method = name_of(options.matcher.method);
   config.description.model = summarize(model, models.front().file);
-  for (const ServedModel& served : models) {
+  for (const NamedModel& served : models) {
     if (models.size() == 1) break;
     config.components.push_back({served.name, served.model.checksum()});
     config.description.components.push_back({served.name, summarize(served.model, served.file)});
@@ -47,10 +47,10 @@ PipelineConfig pipeline_config(const ServeOptions& options, const std::vector<Se
 }
 
 /// Stored in the recording, for its replay.
-RunSettings run_settings(const ServeOptions& options, const std::vector<ServedModel>& models) {
+RunSettings run_settings(const ServeOptions& options, const std::vector<NamedModel>& models) {
   const Model& model = models.front().model;
   RunSettings settings;
-  for (const ServedModel& served : models)
+  for (const NamedModel& served : models)
     if (models.size() > 1) settings.components.push_back({served.name, served.file, served.model.checksum()});
   settings.program = "lbea-serve " LBEA_VERSION_STRING;
   settings.model_file = options.model_files.front();
@@ -161,7 +161,7 @@ struct Engines {
   std::optional<ModelRigEngine> of_several;
   std::optional<ModelComponents> of_components;
 
-  Engines(const ServeOptions& options, const std::vector<ServedModel>& models) {
+  Engines(const ServeOptions& options, const std::vector<NamedModel>& models) {
     const Model& model = models.front().model;
     const HistorySettings settings{!options.frames_alone, options.estimates_pose,
                                    options.recording.trigger_ns.has_value()};
@@ -191,9 +191,9 @@ struct Engines {
   }
 };
 
-std::string samples_of(const std::vector<ServedModel>& models) {
+std::string samples_of(const std::vector<NamedModel>& models) {
   std::string text;
-  for (const ServedModel& served : models)
+  for (const NamedModel& served : models)
     text +=
         fmt::format("{}{}{} samples of {} simulations", text.empty() ? "" : ", ",
                     models.size() > 1 ? served.name + ": " : "", served.model.samples(), served.model.simulations());
@@ -201,7 +201,7 @@ std::string samples_of(const std::vector<ServedModel>& models) {
 }
 
 std::string ready_line(const std::vector<wire::FrameSource>& frames, const ServeOptions& options,
-                       const wire::ResultSink& results, const std::vector<ServedModel>& models) {
+                       const wire::ResultSink& results, const std::vector<NamedModel>& models) {
   std::string endpoints;
   for (std::size_t rig = 0; rig < frames.size(); ++rig) {
     const std::string of = options.has_several_rigs() ? " of " + options.rigs[rig].name : "";
@@ -210,16 +210,16 @@ std::string ready_line(const std::vector<wire::FrameSource>& frames, const Serve
   return fmt::format("ready: {}results on {}, {}", endpoints, results.endpoint(), samples_of(models));
 }
 
-std::vector<ModelWatch> hold(const std::vector<ServedModel>& models, Method method) {
+std::vector<ModelWatch> hold(const std::vector<NamedModel>& models, Method method) {
   std::vector<ModelWatch> watches;
-  for (const ServedModel& served : models) watches.emplace_back(served.model, served.file, !served.model.hold(method));
+  for (const NamedModel& served : models) watches.emplace_back(served.model, served.file, !served.model.hold(method));
   return watches;
 }
 
-int serve_models(const ServeOptions& options, const std::vector<ServedModel>& models) {
+int serve_models(const ServeOptions& options, const std::vector<NamedModel>& models) {
   const Model& model = models.front().model;
   std::vector<ModelWatch> model_watches = hold(models, options.matcher.method);
-  for (const ServedModel& served : models)
+  for (const NamedModel& served : models)
     report(request_for_process(options.privileges, &served.model, options.matcher.method));
   require_memory(options);
   const std::string length_unit(model.length_unit());  // a copy: the file may be overwritten during the test
@@ -272,7 +272,7 @@ int serve(ServeOptions options) {
   system::raise_descriptor_limit();
   require_distinct_endpoints(endpoints_of(options));
   if (options.check) return check(options);
-  const std::vector<ServedModel> models = open_models(options.model_files);
+  const std::vector<NamedModel> models = open_models(options.model_files);
   read_poses(options, models.front().model);
   choose_method(options, models);
   report(check_options(options, models.front().model));

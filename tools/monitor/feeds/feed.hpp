@@ -15,7 +15,7 @@ class Feed {
  public:
   virtual ~Feed() = default;
   /// Rows of the curves that a browser does not have; empty when it has all. Any thread.
-  [[nodiscard]] virtual std::string rows_after(LogCursor& cursor) = 0;
+  [[nodiscard]] virtual std::string rows_after(LogCursors& cursors) = 0;
   /// The response for `target` (path and query); nothing when the target is unknown. Any thread.
   [[nodiscard]] virtual std::optional<http::Response> respond(std::string_view target) = 0;
 };
@@ -33,6 +33,10 @@ class Feed {
           std::move(content_type),
           std::move(bytes),
           {{"Content-Disposition", "attachment; filename=\"" + file_name + "\""}}};
+}
+/// The curves of a test as CSV.
+[[nodiscard]] inline http::Response curves_response(const TestLog& log, std::span<const std::string> simulation_names) {
+  return file_response("text/csv; charset=utf-8", to_csv(log, simulation_names), "curves.csv");
 }
 
 }  // namespace lbea::tool

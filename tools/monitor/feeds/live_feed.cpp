@@ -1,9 +1,9 @@
 #include "tools/monitor/feeds/live_feed.hpp"
-#include "tools/shared/intake/component_results.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
+#include "tools/monitor/feeds/frame_results.hpp"
 #include "tools/monitor/feeds/health.hpp"
-#include "tools/monitor/scene/scene.hpp"
+#include "tools/monitor/scene/shown_components.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -27,12 +27,15 @@ constexpr int previews_held = 2;
 
 class Live final : public LiveFeed {
  public:
-  Live(const std::string& results_endpoint, const std::string& preview_endpoint, Model model)
-      : model_(std::move(model)),
-        ranges_(ranges_of(model_)),
-        exports_(model_, ranges_),
-        scenes_(model_, ranges_),
-        results_(context_, results_endpoint) {
+  Live(const std::string& results_endpoint, const std::string& preview_endpoint, const std::vector<NamedModel>& models)
+      : components_(models),
+        description_(components_.description(nullptr)),
+        results_(context_, results_endpoint),
+        logs_(models.size()),
+        latest_(models.size()),
+        pending_(models.size()),
+        moment_{std::vector<wire::WireResult>(models.size())},
+        models_differ_(models.size()) {
     if (!preview_endpoint.empty()) previews_.emplace(context_, preview_endpoint, previews_held);
   }
   ~Live() override { stop(); }
@@ -48,16 +51,17 @@ class Live final : public LiveFeed {
     for (std::thread* thread : {&result_thread_, &cloud_thread_, &build_thread_})
       if (thread->joinable()) thread->join();
   }
-  [[nodiscard]] std::string rows_after(LogCursor& cursor) override {
+  [[nodiscard]] std::string rows_after(LogCursors& cursors) override {
     const std::lock_guard lock(mutex_);
-    return next_rows(log_, cursor, rows_at_once);
+    return next_rows(logs_, cursors, rows_at_once);
   }
   [[nodiscard]] std::optional<http::Response> respond(std::string_view target) override {
-    if (target == "/export/curves.csv") {
-      const std::lock_guard lock(mutex_);
-      return file_response("text/csv; charset=utf-8", to_csv(log_, exports_.simulation_names()), "curves.csv");
-    }
-    return exports_.respond(target);
+    const std::string_view path = target.substr(0, target.find('?'));
+    if (path == "/api/model") return binary_response(description_);
+    const auto component = components_.component_in(target);
+    if (path != "/export/curves.csv" || !component) return components_.respond(target);
+    const std::lock_guard lock(mutex_);
+    return curves_response(logs_[*component], components_.simulation_names(*component));
   }
 
  private:
@@ -88,7 +92,8 @@ class Live final : public LiveFeed {
         health_.add(state);
       else
         health_.add_unreadable();
-      if (is_state) model_differs_ = !has_model(state);
+      for (std::size_t i = 0; is_state && i < components_.size(); ++i)
+        models_differ_[i] = !has_model(state, components_.model(i).checksum());
     }
   }
 
@@ -107,48 +112,61 @@ class Live final : public LiveFeed {
     }
   }
 
-  [[nodiscard]] bool has_model(const wire::WireState& state) const {
-    const auto is_this = [&](const wire::WireComponent& c) { return c.model.checksum == model_.checksum(); };
-    return state.model.checksum == model_.checksum() || std::ranges::any_of(state.components, is_this);
+  [[nodiscard]] static bool has_model(const wire::WireState& state, std::uint64_t checksum) {
+    const auto is_this = [&](const wire::WireComponent& c) { return c.model.checksum == checksum; };
+    return state.model.checksum == checksum || std::ranges::any_of(state.components, is_this);
   }
 
   void add(const wire::WireResult& result) {
-    if (!concerns(result, model_.checksum())) return health_.add_other(result);
-    log_.add(result);
-    health_.add(result);
-    if (result.status == wire::WireStatus::end_of_stream) return;
-    latest_ = result;
-    const auto cloud =
-        std::find_if(waiting_.rbegin(), waiting_.rend(), [&](const WaitingCloud& w) { return answers(result, w); });
-    if (cloud != waiting_.rend()) {
-      show(result, *cloud);
-      const std::uint64_t shown = cloud->session, last = cloud->frame_id;
-      std::erase_if(waiting_, [&](const WaitingCloud& w) { return w.session == shown && w.frame_id <= last; });
-    } else if (Clock::now() - moment_time_ > cloudless_after && wire::fate_of(result.status) == wire::Fate::matched) {
-      moment_ = {result, nullptr};
-    }
-    recent_.push_back(result);
-    if (recent_.size() > recent_results) recent_.pop_front();
+    const std::vector<std::size_t> concerned = components_.concerned(result);
+    if (concerned.empty()) return health_.add_other(result);
+    for (const std::size_t i : concerned) logs_[i].add(result);
+    if (concerned.front() == 0)
+      health_.add(result);
+    else
+      health_.add_other(result);
+    if (result.status == wire::WireStatus::end_of_stream) return show(pending_.take());
+    if (concerned.size() == components_.size()) return show(FrameResults(components_.size(), result));
+    if (!pending_.is_of(result)) show(pending_.take());
+    pending_.add(concerned.front(), result);
+    if (pending_.is_complete()) show(pending_.take());
   }
 
   void add(WaitingCloud cloud) {
-    const auto result = std::ranges::find_if(recent_, [&](const wire::WireResult& r) { return answers(r, cloud); });
-    if (result != recent_.end()) return show(*result, cloud);
+    const auto results = std::ranges::find_if(recent_, [&](const FrameResults& r) { return answers(r, cloud); });
+    if (results != recent_.end()) return show(*results, cloud);
     waiting_.push_back(std::move(cloud));
     if (waiting_.size() > waiting_clouds) waiting_.pop_front();
   }
-  static bool answers(const wire::WireResult& result, const WaitingCloud& cloud) {
+  static bool answers(const FrameResults& results, const WaitingCloud& cloud) {
     bool is_answer = false;
-    wire::for_each_frame(result, [&](std::uint64_t session, std::uint64_t id, wire::WireStatus) {
+    wire::for_each_frame(results.first(), [&](std::uint64_t session, std::uint64_t id, wire::WireStatus) {
       is_answer = is_answer || (session == cloud.session && id == cloud.frame_id);
     });
     return is_answer;
   }
+  void show(FrameResults results) {
+    if (results.is_empty()) return;
+    results.copy_to(latest_);
+    const auto cloud =
+        std::find_if(waiting_.rbegin(), waiting_.rend(), [&](const WaitingCloud& w) { return answers(results, w); });
+    if (cloud != waiting_.rend()) {
+      show(results, *cloud);
+      const std::uint64_t shown = cloud->session, last = cloud->frame_id;
+      std::erase_if(waiting_, [&](const WaitingCloud& w) { return w.session == shown && w.frame_id <= last; });
+    } else if (Clock::now() - moment_time_ > cloudless_after && results.is_matched()) {
+      results.copy_to(moment_.results);
+      moment_.cloud = nullptr;
+    }
+    recent_.push_back(std::move(results));
+    if (recent_.size() > recent_results) recent_.pop_front();
+  }
   /// With several rigs, beside the latest clouds of the others: previews are not of the same captures.
-  void show(const wire::WireResult& result, const WaitingCloud& cloud) {
+  void show(const FrameResults& results, const WaitingCloud& cloud) {
     moment_time_ = Clock::now();
-    moment_ = {result, cloud.cloud};
-    if (result.rigs.empty()) return;
+    results.copy_to(moment_.results);
+    moment_.cloud = cloud.cloud;
+    if (results.first().rigs.empty()) return;
     shown_[cloud.session] = {moment_time_, cloud.cloud};
     std::erase_if(shown_, [&](const auto& shown) { return moment_time_ - shown.second.first > cloudless_after; });
     std::vector<Point> all;
@@ -178,42 +196,42 @@ class Live final : public LiveFeed {
   }
 
   [[nodiscard]] Snapshot build() {
-    Moment moment;
-    nlohmann::json head{{"type", "snapshot"}};
+    AssembledMoment moment;
+    nlohmann::json head;
+    std::vector<nlohmann::json> heads;
     {
       const std::lock_guard lock(mutex_);
       moment = moment_;
-      head["version"] = version_;
-      head["result"] = to_json(latest_);
-      head["health"] = health_.report();
-      head["test"] = to_json(log_, latest_.stamp_ns, exports_.simulation_names());
-      head["model_differs"] = model_differs_;
-      head["has_preview"] = previews_.has_value();
+      head = {{"version", version_}, {"health", health_.report()}, {"has_preview", previews_.has_value()}};
+      for (std::size_t i = 0; i < components_.size(); ++i)
+        heads.push_back({{"type", "snapshot"},
+                         {"result", to_json(latest_[i])},
+                         {"test", to_json(logs_[i], latest_[i].stamp_ns, components_.simulation_names(i))},
+                         {"model_differs", static_cast<bool>(models_differ_[i])}});
     }
-    return std::make_shared<const std::string>(scenes_.build(moment, std::move(head)));
+    return std::make_shared<const std::string>(components_.build(moment, std::move(head), std::move(heads)));
   }
 
-  Model model_;
-  ModelRanges ranges_;
-  ModelExports exports_;
-  SceneBuilder scenes_;  // used by build_thread_ only
+  ShownComponents components_;
+  std::string description_;
   wire::WireContext context_;
   wire::ResultSource results_;
   std::optional<wire::ResultSource> previews_;
   Audience audience_;
 
   std::mutex mutex_;  // of everything below
-  TestLog log_;
+  std::vector<TestLog> logs_;
   Health health_;
-  wire::WireResult latest_;
-  Moment moment_;
+  std::vector<wire::WireResult> latest_;
+  FrameResults pending_;
+  AssembledMoment moment_;
   Clock::time_point moment_time_{};
-  std::deque<wire::WireResult> recent_;
+  std::deque<FrameResults> recent_;
   std::deque<WaitingCloud> waiting_;  // for their results
   std::map<std::uint64_t, std::pair<Clock::time_point, std::shared_ptr<const std::vector<Point>>>>
       shown_;  // by session
   std::uint64_t version_ = 0;
-  bool model_differs_ = false;
+  std::vector<bool> models_differ_;
 
   std::atomic<bool> stopping_{false};
   std::thread result_thread_, cloud_thread_, build_thread_;
@@ -222,8 +240,8 @@ class Live final : public LiveFeed {
 }  // namespace
 
 std::unique_ptr<LiveFeed> make_live_feed(const std::string& results_endpoint, const std::string& preview_endpoint,
-                                         Model model) {
-  return std::make_unique<Live>(results_endpoint, preview_endpoint, std::move(model));
+                                         const std::vector<NamedModel>& models) {
+  return std::make_unique<Live>(results_endpoint, preview_endpoint, models);
 }
 
 }  // namespace lbea::tool

@@ -4,6 +4,7 @@
 #include "adapters/wire/sockets/streams.hpp"
 #include "tools/monitor/feeds/feed.hpp"
 #include "tools/monitor/web/foxglove.hpp"
+#include "tools/shared/matching/named_models.hpp"
 
 #include <functional>
 
@@ -24,6 +25,7 @@ class LiveFeed : public Feed {
 
 /// Without `preview_endpoint` there are no clouds. Throws Error{endpoint_unavailable}.
 [[nodiscard]] std::unique_ptr<LiveFeed> make_live_feed(const std::string& results_endpoint,
-                                                       const std::string& preview_endpoint, Model model);
+                                                       const std::string& preview_endpoint,
+                                                       const std::vector<NamedModel>& models);
 
 }  // namespace lbea::tool

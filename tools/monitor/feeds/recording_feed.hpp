@@ -2,8 +2,7 @@
 #pragma once
 
 #include "tools/monitor/feeds/feed.hpp"
-
-#include <lbea/lbea.hpp>
+#include "tools/shared/matching/named_models.hpp"
 
 namespace lbea::tool {
 
@@ -13,6 +12,7 @@ class RecordingFeed : public Feed {
 };
 
 /// Reads the whole file once. Throws Error{file_not_found | bad_input}.
-[[nodiscard]] std::unique_ptr<RecordingFeed> make_recording_feed(const std::filesystem::path& file, Model model);
+[[nodiscard]] std::unique_ptr<RecordingFeed> make_recording_feed(const std::filesystem::path& file,
+                                                                 const std::vector<NamedModel>& models);
 
 }  // namespace lbea::tool

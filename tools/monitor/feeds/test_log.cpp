@@ -181,6 +181,17 @@ std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most) {
   return packet.finish(head);
 }
 
+std::string next_rows(std::span<const TestLog> logs, LogCursors& cursors, std::size_t most) {
+  cursors.resize(logs.size());
+  if (logs.size() == 1) return next_rows(logs.front(), cursors.front(), most);
+  std::vector<std::string> rows;
+  for (std::size_t i = 0; i < logs.size(); ++i) rows.push_back(next_rows(logs[i], cursors[i], most));
+  if (std::ranges::all_of(rows, &std::string::empty)) return {};
+  Packet packet;
+  packet.add_components(rows);
+  return packet.finish({{"type", "components"}});
+}
+
 nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns, std::span<const std::string> simulation_names) {
   const wire::WireTestState& state = log.answer().state();
   nlohmann::json answer;

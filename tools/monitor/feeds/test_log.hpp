@@ -88,12 +88,18 @@ class TestLog {
   std::vector<ChannelValue> channel_values_;
 };
 
+/// Of each component; empty before the first rows are read.
+using LogCursors = std::vector<LogCursor>;
+
 /// The names of the columns before the chances.
 [[nodiscard]] std::vector<std::string> column_names();
 
 /// A packet with at most `most` rows after the cursor, which moves; empty when there are none. Sections: "rows": rows x
 /// row_values; "channels": rows x channels x 2 (value, 90 % bound). The first packet of an epoch names the channels.
 [[nodiscard]] std::string next_rows(const TestLog& log, LogCursor& cursor, std::size_t most);
+
+/// The same of the logs of several components in one packet, each as its section "component0", ...
+[[nodiscard]] std::string next_rows(std::span<const TestLog> logs, LogCursors& cursors, std::size_t most);
 
 /// The test as the page reads it; `stamp_ns`: of the shown frame. "answer" is null before the test has a state.
 [[nodiscard]] nlohmann::json to_json(const TestLog& log, std::int64_t stamp_ns,

@@ -1,6 +1,7 @@
 // The page: receives messages of the server and shows the latest state.
 import { ChannelPanel } from "./channels.js";
 import { map, paint } from "./colors.js";
+import { ComponentChooser } from "./components.js";
 import { DistanceChart, ForecastChart, ProbabilityChart } from "./charts.js";
 import { connect, readPacket } from "./connection.js";
 import { ForecastPanel } from "./forecast.js";
@@ -20,27 +21,46 @@ HTMLCanvasElement.prototype.getContext = function (kind, options) {
   return getContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...options } : options);
 };
 
+/// The fields of all components by name and unit, each with a range over all and its place in each component's model.
+function fieldsOf(models) {
+  const fields = new Map();
+  models.forEach((model, i) =>
+    model.fields.forEach((field, place) => {
+      const key = JSON.stringify([field.name, field.unit]), { lo, hi, places } = fields.get(key) ?? { ...field, places: [] };
+      places[i] = place;
+      fields.set(key, { name: field.name, unit: field.unit, lo: Math.min(lo, field.lo), hi: Math.max(hi, field.hi), places });
+    }),
+  );
+  return [...fields.values()];
+}
+
 class Page {
-  constructor(model) {
-    this.model = model;
-    this.rows = new Rows();
+  /// models: of each component. The panels show the one in front.
+  constructor(models) {
+    this.models = models;
+    this.model = models[0];
+    this.front = 0;
+    this.fields = fieldsOf(models);
+    this.rowsOf = models.map(() => new Rows());
     this.snapshot = null;
     this.isStale = { scene: false, charts: false, words: false };
     this.nextWords = 0;
     this.awaiting = [];
-    this.scene = new Scene3d(byId("canvas"), model);
-    const nameOf = (simulation) => model.simulations[simulation]?.name ?? `#${simulation}`;
+    this.scene = new Scene3d(byId("canvas"), models);
+    const nameOf = (simulation) => this.model.simulations[simulation]?.name ?? `#${simulation}`, { unit } = this.model;
     this.probability = new ProbabilityChart(byId("probability-chart"), byId("probability-list"), nameOf);
-    this.distance = new DistanceChart(byId("distance-chart"), byId("distance-title"), model.unit);
-    this.forecastChart = new ForecastChart(byId("forecast-chart"), model.unit);
-    this.plane = new Plane(byId("plane"), model.curves, model.axes);
-    this.verdict = new VerdictPanel(model);
-    this.parameters = new ParameterTable(model);
-    this.forecast = new ForecastPanel(model);
-    this.channels = new ChannelPanel(model.channels, () => (this.isStale.charts = true));
+    this.distance = new DistanceChart(byId("distance-chart"), byId("distance-title"), unit);
+    this.forecastChart = new ForecastChart(byId("forecast-chart"), unit);
+    this.plane = new Plane(byId("plane"), this.model);
+    this.verdict = new VerdictPanel(this.model);
+    this.parameters = new ParameterTable(this.model);
+    this.forecast = new ForecastPanel(this.model);
+    this.showChannels();
     this.health = new HealthBar();
     this.addColors();
     this.addControls();
+    const changed = () => (this.isStale.scene = this.snapshot !== null);
+    this.chooser = new ComponentChooser(models.map(({ name }) => name), { changed, chosen: (i) => this.chooseFront(i) });
     addEventListener("resize", () => (this.isStale.charts = true));
     setInterval(() => this.drawCharts(), chartInterval);
     const loop = () => {
@@ -52,7 +72,7 @@ class Page {
     loop();
   }
   addColors() {
-    const options = this.model.fields.map((field, i) => [`field${i}`, field.name.replaceAll("_", " ")]);
+    const options = this.fields.map((field, i) => [`field${i}`, field.name.replaceAll("_", " ")]);
     options.push(["distance", "distance cloud to mesh"], ["none", "uniform"]);
     byId("color").replaceChildren(...options.map(([value, textContent]) => Object.assign(document.createElement("option"), { value, textContent })));
   }
@@ -62,18 +82,37 @@ class Page {
     byId("fit-view").addEventListener("click", () => this.scene.fit());
     byId("save-png").addEventListener("click", () => this.savePicture());
   }
+  showChannels() {
+    this.channels?.close();
+    this.channels = new ChannelPanel(this.model.channels, () => (this.isStale.charts = true));
+  }
+  /// The results of this component in the panels.
+  chooseFront(i) {
+    this.front = i;
+    this.model = this.models[i];
+    this.verdict.model = this.model;
+    this.parameters = new ParameterTable(this.model);
+    this.forecast = new ForecastPanel(this.model);
+    this.showChannels();
+    this.plane.take(this.model);
+    this.plane.recolor();
+    byId("verdict-panel").ariaLabel = `Verdict of ${this.model.name}`;
+    this.isStale.charts = true;
+    this.isStale.words = this.isStale.scene = this.snapshot !== null;
+  }
   receive(packet) {
-    if (packet.head.type === "rows") {
-      this.rows.add(packet);
-      this.isStale.charts = true;
-    } else if (packet.head.type === "snapshot") {
-      this.snapshot = packet;
-      this.isStale.words = true;
-      // Between frames most snapshots differ only in the ages of the messages.
-      const { scene, test } = packet.head, shown = JSON.stringify([test.session, scene, packet.arrays.cloud?.length]);
-      this.isStale.scene ||= shown !== this.shown;
-      this.shown = shown;
-    }
+    packet.parts.forEach((part, i) => part.head.type === "rows" && this.receiveRows(i, part));
+    if (packet.parts[0]?.head.type !== "snapshot") return;
+    this.snapshot = packet;
+    this.isStale.words = true;
+    // Between frames most snapshots differ only in the ages of the messages.
+    const scenes = packet.parts.map(({ head }) => [head.test.session, head.scene]), shown = JSON.stringify([scenes, packet.head.scene, packet.arrays.cloud?.length]);
+    this.isStale.scene ||= shown !== this.shown;
+    this.shown = shown;
+  }
+  receiveRows(i, packet) {
+    this.rowsOf[i].add(packet);
+    this.isStale.charts = true;
   }
   /// Whether the last packet is drawn.
   get hasShownAll() {
@@ -82,17 +121,12 @@ class Page {
   drawScene() {
     this.isStale.scene = false;
     if (this.snapshot === null) return this.showLegend("none");
-    const { head, arrays } = this.snapshot, color = byId("color").value;
-    const kind = byId("mesh-kind").value, mesh = arrays[kind];
-    if (mesh) this.placeMesh(mesh, arrays, kind, color);
-    if (arrays.ghost && isChecked("show-ghost")) this.scene.ghost.place(arrays.ghost, arrays.ghost_eroded);
-    if (arrays.final && isChecked("show-final")) this.scene.final.place(arrays.final);
+    const { head, arrays, parts } = this.snapshot, color = byId("color").value, kind = byId("mesh-kind").value;
     if (arrays.cloud) this.scene.setCloud(arrays.cloud, head.scene.lo, head.scene.hi, color === "distance");
-    this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), mesh: isChecked("show-mesh") && Boolean(mesh),
-      edges: isChecked("show-edges"), ghost: isChecked("show-ghost") && Boolean(arrays.ghost),
-      final: isChecked("show-final") && Boolean(arrays.final), split: isChecked("side-by-side") });
+    const shown = parts.map((part, i) => this.placeComponent(i, part.arrays, kind, color));
+    this.scene.show({ cloud: isChecked("show-cloud") && Boolean(arrays.cloud), edges: isChecked("show-edges"), split: isChecked("side-by-side"), shown });
     byId("side-labels").hidden = !isChecked("side-by-side");
-    const ghost = this.model.simulations[head.scene.meshes.ghost?.shape[0][0]];
+    const ghost = this.model.simulations[parts[this.front].head.scene.meshes.ghost?.shape[0][0]];
     byId("ghost-name").textContent = ghost && isChecked("show-ghost") ? `Second-best: ${ghost.name}` : "Second-best";
     this.showLegend(color);
     document.documentElement.dataset.frame = head.scene.frame;
@@ -104,19 +138,29 @@ class Page {
     this.isStale.charts = true;
     if (this.isStale.scene) await new Promise((drawn) => this.awaiting.push(drawn));
   }
-  placeMesh(mesh, arrays, kind, color) {
-    this.scene.mesh.place(mesh, arrays[`${kind}_eroded`]);
-    const values = arrays[(kind === "match" ? "match_" : "") + color];
-    if (!values) return this.scene.mesh.paintPlain(this.scene.plain);
-    const field = this.model.fields[Number(color.slice(5))], colors = new Uint8Array(values.length * 3);
+  /// Returns which of its meshes are visible.
+  placeComponent(i, arrays, kind, color) {
+    const component = this.scene.components[i], mesh = arrays[kind], isShown = this.chooser.isShown(i);
+    const shown = { mesh: isShown && isChecked("show-mesh") && Boolean(mesh), ghost: isShown && isChecked("show-ghost") && Boolean(arrays.ghost),
+      final: isShown && isChecked("show-final") && Boolean(arrays.final) };
+    if (mesh) this.placeMesh(component.mesh, mesh, arrays, kind, color, i);
+    for (const part of ["ghost", "final"]) if (shown[part]) component[part].place(arrays[part], arrays[`${part}_eroded`]);
+    return shown;
+  }
+  placeMesh(into, mesh, arrays, kind, color, i) {
+    into.place(mesh, arrays[`${kind}_eroded`]);
+    const field = this.fields[Number(color.slice(5))], place = field?.places[i];
+    const values = arrays[`${kind === "match" ? "match_" : ""}field${place}`];
+    if (!values) return into.paintPlain(this.scene.plain);
+    const colors = new Uint8Array(values.length * 3);
     paint(values, field.lo, field.hi, colors);
-    if (field.location === "node") this.scene.mesh.paintNodes(colors);
-    else this.scene.mesh.paintElements(colors);
+    if (this.models[i].fields[place].location === "node") into.paintNodes(colors);
+    else into.paintElements(colors);
   }
   showLegend(color) {
     byId("legend").hidden = color === "none";
     if (color === "none") return;
-    const field = this.model.fields[Number(color.slice(5))];
+    const field = this.fields[Number(color.slice(5))];
     const limit = this.snapshot?.head.scene.distance_limit ?? 0;
     const [title, unit, lo, hi] = field && color !== "distance" ? [field.name.replaceAll("_", " "), field.unit, field.lo, field.hi] : ["distance cloud to mesh", this.model.unit, 0, limit];
     byId("legend-title").textContent = unit && unit !== "1" ? `${title} [${unit}]` : title;
@@ -130,25 +174,34 @@ class Page {
   showWords() {
     this.isStale.words = false;
     this.nextWords = performance.now() + wordsInterval;
-    const { head } = this.snapshot, kind = byId("mesh-kind").value;
+    const { parts } = this.snapshot, { health } = this.snapshot.head, { head } = parts[this.front], kind = byId("mesh-kind").value;
     this.verdict.update(head.result, head.test);
+    this.chooser.update(parts.map((part) => part.head));
     this.parameters.update(head.result);
     this.forecast.update(head.model_differs ? {} : head.result);
     if (head.test.results > 0) this.channels.update(head.model_differs ? {} : head.result);
-    if (head.health) this.health.update(head.health, head.test);
+    if (health) this.health.update(health, head.test);
     const note = byId("view-note"), text = this.noteOn(head);
     note.hidden = text === "";
     if (note.textContent !== text) note.textContent = text;
-    const shape = head.scene.meshes[kind]?.shape;
-    byId("save-vtu").setAttribute("aria-disabled", String(!shape));
-    if (shape) byId("save-vtu").href = `/export/mesh.vtu?shape=${shape.map((share) => share.join(":")).join(",")}`;
+    this.offerExports(head.scene.meshes[kind]?.shape);
     if (head.test.results > 0) byId("test-title").textContent = `frame ${head.result.frame}, ${(head.test.seconds * 1000).toFixed(2)} ms`;
-    if (head.health && !head.health.recording) this.showSource(head.health);
+    if (health && !health.recording) this.showSource(health);
+  }
+  /// The part of an address that names the component in front, of several.
+  get component() {
+    return this.models.length > 1 ? `component=${this.front}&` : "";
+  }
+  offerExports(shape) {
+    byId("save-vtu").setAttribute("aria-disabled", String(!shape));
+    if (shape) byId("save-vtu").href = `/export/mesh.vtu?${this.component}shape=${shape.map((share) => share.join(":")).join(",")}`;
+    const session = this.model.recording ? `session=${this.snapshot.parts[0].head.test.session}&` : "", query = (this.component + session).slice(0, -1);
+    byId("save-csv").href = `/export/curves.csv${query ? `?${query}` : ""}`;
   }
   noteOn(head) {
     if (head.model_differs) return "These results belong to another model than the one of this page; no mesh can be shown.";
     if (head.test.results === 0) return "Waiting for the first frame.";
-    if (!this.snapshot.arrays.cloud) return head.has_preview ? "No measured cloud received yet." : "No cloud: lbea-monitor was started without --frames.";
+    if (!this.snapshot.arrays.cloud) return this.snapshot.head.has_preview ? "No measured cloud received yet." : "No cloud: lbea-monitor was started without --frames.";
     return "";
   }
   showSource({ heard_ms }) {
@@ -164,12 +217,12 @@ class Page {
   drawCharts() {
     if (!this.isStale.charts || document.hidden) return;
     this.isStale.charts = false;
-    const { result, test } = this.snapshot?.head ?? {}, now = this.model.recording ? test?.seconds : undefined;
-    this.probability.update(this.rows, now);
-    this.distance.update(this.rows, now);
-    this.forecastChart.update(this.rows, now);
-    this.channels.draw(this.rows, now);
-    this.plane.update(this.rows, result?.matches[0]?.simulation ?? -1, now === undefined ? undefined : result.xyz);
+    const rows = this.rowsOf[this.front], { result, test } = this.snapshot?.parts[this.front].head ?? {}, now = this.model.recording ? test?.seconds : undefined;
+    this.probability.update(rows, now);
+    this.distance.update(rows, now);
+    this.forecastChart.update(rows, now);
+    this.channels.draw(rows, now);
+    this.plane.update(rows, result?.matches[0]?.simulation ?? -1, now === undefined ? undefined : result.xyz);
   }
   recolor() {
     this.scene.recolor();
@@ -190,13 +243,13 @@ function chooseTheme(dark) {
 
 async function start() {
   chooseTheme(matchMedia("(prefers-color-scheme: dark)").matches);
-  const { head, arrays } = readPacket(await (await fetch("/api/model")).arrayBuffer());
-  const page = new Page({ ...head, elements: arrays.elements, curves: arrays.curves });
+  const { head, parts } = readPacket(await (await fetch("/api/model")).arrayBuffer()), { recording } = head;
+  const page = new Page(parts.map((part, i) => ({ ...part.head, name: head.components?.[i], recording, elements: part.arrays.elements, curves: part.arrays.curves })));
   byId("theme").addEventListener("click", () => {
     chooseTheme(document.documentElement.dataset.theme !== "dark");
     page.recolor();
   });
-  if (head.recording) return new Timeline(page, head.recording);
+  if (recording) return new Timeline(page, recording);
   connect({
     packet: (packet) => page.receive(packet),
     opened: () => page.state("waiting", "Connected"),

@@ -36,11 +36,15 @@ export class ChannelPanel {
     this.cards = channels.map((channel) => new Card(channel));
     byId("channels").replaceChildren(...this.cards.map(({ element }) => element));
     this.inView = new Set();
-    const observer = new IntersectionObserver((entries) => {
+    this.observer = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) this.inView[isIntersecting ? "add" : "delete"](target);
       appeared();
     });
-    for (const { element } of this.cards) observer.observe(element);
+    for (const { element } of this.cards) this.observer.observe(element);
+  }
+  /// Before another panel takes its place.
+  close() {
+    this.observer.disconnect();
   }
   /// Shows the values of a frame.
   update(result) {

@@ -1,18 +1,25 @@
 // The connection to lbea-monitor and the messages from it.
 const firstWait = 250, longestWait = 2000;  // ms until it reconnects
-const types = { f32: Float32Array, u16: Uint16Array, u32: Uint32Array };
+const types = { f32: Float32Array, u16: Uint16Array, u32: Uint32Array, u8: Uint8Array };
 const text = new TextDecoder();
 
-/// Decodes a binary message of the server: a JSON head and typed arrays. packet.hpp describes the format.
-export function readPacket(buffer) {
-  const view = new DataView(buffer);
-  if (buffer.byteLength < 8 || text.decode(new Uint8Array(buffer, 0, 4)) !== "LBMO") throw new Error("not a packet of lbea-monitor");
+/// Decodes a binary message of the server: a JSON head and typed arrays. packet.hpp describes the format. A packet of several
+/// components has theirs in `parts`, empty where it has none; else it is its only part.
+export function readPacket(buffer, at = 0) {
+  const view = new DataView(buffer, at);
+  if (view.byteLength < 8 || text.decode(new Uint8Array(buffer, at, 4)) !== "LBMO") throw new Error("not a packet of lbea-monitor");
   const length = view.getUint32(4, true);
-  const head = JSON.parse(text.decode(new Uint8Array(buffer, 8, length)));
-  const begin = Math.ceil((8 + length) / 8) * 8;
-  const arrays = {};
-  for (const [name, { type, offset, count }] of Object.entries(head.sections)) arrays[name] = new types[type](buffer, begin + offset, count);
-  return { head, arrays };
+  const head = JSON.parse(text.decode(new Uint8Array(buffer, at + 8, length)));
+  const begin = at + Math.ceil((8 + length) / 8) * 8;
+  const arrays = {}, parts = [];
+  for (const [name, { type, offset, count }] of Object.entries(head.sections)) {
+    const array = new types[type](buffer, begin + offset, count);
+    if (type === "u8") parts[Number(name.slice("component".length))] = readPacket(buffer, array.byteOffset);
+    else arrays[name] = array;
+  }
+  const packet = { head, arrays, parts };
+  if (parts.length === 0) parts.push(packet);
+  return packet;
 }
 
 /// Keeps a WebSocket open. After a disconnection it reconnects, with increasing waits.

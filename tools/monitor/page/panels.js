@@ -27,6 +27,23 @@ const ofFrame = {
 };
 const number = (value) => (value === null || value === undefined ? "-" : value.toFixed(2));
 
+/// The answer of the whole test as far as it is known, in words; `shown`: the verdict, by which it is colored.
+export function headlineOf(result, test) {
+  const { verdict, word, best, why } = answerOf(result, test);
+  const shown = verdict === "matched" && test.warning ? "doubtful" : verdict, [sign, name] = verdicts[shown] ?? verdicts.unknown;
+  return { shown, sign, name: word ?? name, best, why };
+}
+
+function answerOf({ verdict, matches }, { results, complete, answer }) {
+  if (results === 0) return { verdict: "none", word: "No frames yet", why: "Waiting for the first frame." };
+  if (answer && answer.verdict in ofTest)
+    return { verdict: answer.verdict, best: answer.simulations,
+      why: `${ofTest[answer.verdict]} Misfit ${number(answer.misfit)}. ${complete ? "The test is complete." : "The test so far."}` };
+  if (answer) return { verdict: "none", word: "No verdict yet", best: answer.simulations, why: "The test's verdict needs four frames." };
+  if (verdict !== "matched" && verdict !== "unknown") return { verdict, best: matches?.[0]?.name, why: ofFrame[verdict] ?? "" };
+  return { verdict: "none", word: "Nearest sample", best: matches?.[0]?.name, why: "Only method fit detects that no simulation fits." };
+}
+
 /// The headline is the answer of the whole test; the latest or chosen frame is described below it.
 export class VerdictPanel {
   constructor(model) {
@@ -35,27 +52,17 @@ export class VerdictPanel {
     this.announceAfter = 0;
   }
   update(result, test) {
-    const { verdict, word, best, why } = this.headline(result, test);
-    const shown = verdict === "matched" && test.warning ? "doubtful" : verdict, [sign, name] = verdicts[shown] ?? verdicts.unknown;
+    const { shown, sign, name, best, why } = headlineOf(result, test);
     byId("verdict-panel").dataset.verdict = shown;
     put("verdict-sign", sign);
-    put("verdict-word", word ?? name);
+    put("verdict-word", name);
     put("best", best || "-");
     put("verdict-why", why);
     put("frame-verdict", test.results > 0 ? this.frame(result) : "");
     const warning = test.warning;
     put("pose-warning", warning && `${warning[0].toUpperCase()}${warning.slice(1)}.`);
     byId("pose-warning").hidden = !warning;
-    this.announce(`${word ?? name}${best ? `: ${best}` : ""}`);
-  }
-  headline({ verdict, fit, matches }, { results, complete, answer }) {
-    if (results === 0) return { verdict: "none", word: "No frames yet", why: "Waiting for the first frame." };
-    if (answer && answer.verdict in ofTest)
-      return { verdict: answer.verdict, best: answer.simulations,
-        why: `${ofTest[answer.verdict]} Misfit ${number(answer.misfit)}. ${complete ? "The test is complete." : "The test so far."}` };
-    if (answer) return { verdict: "none", word: "No verdict yet", best: answer.simulations, why: "The test's verdict needs four frames." };
-    if (verdict !== "matched" && verdict !== "unknown") return { verdict, best: matches?.[0]?.name, why: ofFrame[verdict] ?? "" };
-    return { verdict: "none", word: "Nearest sample", best: matches?.[0]?.name, why: "Only method fit detects that no simulation fits." };
+    this.announce(`${this.model.name ? `${this.model.name}: ` : ""}${name}${best ? `: ${best}` : ""}`);
   }
   frame(result) {
     const { frame, verdict, status, fit, coverage } = result, best = result.matches?.[0];

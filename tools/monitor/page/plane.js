@@ -28,8 +28,14 @@ function principalAxes(points) {
 }
 
 export class Plane {
-  constructor(canvas, curves, axes) {
+  constructor(canvas, model) {
     this.canvas = canvas;
+    this.backdrop = document.createElement("canvas");
+    this.take(model);
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.resize();
+  }
+  take({ curves, axes }) {
     this.axes = axes.map((place) => `mode ${Math.floor(place / 3) + 1} ${"xyz"[place % 3]}`);
     this.lines = new Map();
     const points = [];
@@ -43,9 +49,6 @@ export class Plane {
     this.ranges = [0, 1].map((k) => [Math.min(...spread(k)), Math.max(...spread(k))]);
     this.path = [];
     this.leader = -1;
-    this.backdrop = document.createElement("canvas");
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
-    this.resize();
   }
   resize() {
     const { clientWidth, clientHeight } = this.canvas.parentElement;

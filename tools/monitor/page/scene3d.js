@@ -88,7 +88,8 @@ function edgesOf(elements, nodes) {
 }
 
 export class Scene3d {
-  constructor(canvas, model) {
+  /// models: of each component.
+  constructor(canvas, models) {
     this.canvas = canvas;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     // Without conversion, colors are those of the legend.
@@ -102,13 +103,16 @@ export class Scene3d {
     const headlight = new THREE.DirectionalLight(0xffffff, 1.3);
     this.camera.add(headlight);
     this.scene.add(new THREE.AmbientLight(0xffffff, 2.1), this.camera);
-    this.mesh = new Mesh(model.elements, model.nodes, false);
-    this.ghost = new Mesh(model.elements, model.nodes, true);
-    this.final = new Mesh(model.elements, model.nodes, true);
+    this.components = models.map(({ elements, nodes }) => ({ mesh: new Mesh(elements, nodes, false), ghost: new Mesh(elements, nodes, true), final: new Mesh(elements, nodes, true) }));
+    this.meshes = new THREE.Group().add(...this.components.map(({ mesh }) => mesh.group));
     this.makeCloud();
-    this.scene.add(this.mesh.group, this.ghost.group, this.final.group, this.points);
-    this.lo = new THREE.Vector3(...model.lo);
-    this.hi = new THREE.Vector3(...model.hi);
+    this.scene.add(this.meshes, ...this.components.flatMap(({ ghost, final }) => [ghost.group, final.group]), this.points);
+    this.lo = new THREE.Vector3(...models[0].lo);
+    this.hi = new THREE.Vector3(...models[0].hi);
+    for (const { lo, hi } of models) {
+      this.lo.min(new THREE.Vector3(...lo));
+      this.hi.max(new THREE.Vector3(...hi));
+    }
     this.isSplit = false;
     this.isDirty = true;
     this.restUntil = this.renderBegin = 0;
@@ -173,13 +177,15 @@ export class Scene3d {
     this.cloudPositions.needsUpdate = this.cloudColors.needsUpdate = true;
     this.draw();
   }
-  show({ cloud, mesh, edges, ghost, final, split }) {
+  /// shown: what is visible of each component.
+  show({ cloud, edges, split, shown }) {
     const refits = split !== this.isSplit;
     this.points.visible = cloud;
-    this.mesh.group.visible = mesh;
-    this.mesh.edges.visible = edges;
-    this.ghost.group.visible = ghost;
-    this.final.group.visible = final;
+    shown.forEach((visible, i) => {
+      const component = this.components[i];
+      for (const part of ["mesh", "ghost", "final"]) component[part].group.visible = visible[part];
+      component.mesh.edges.visible = edges;
+    });
     this.isSplit = split;
     if (refits) this.fit();
     this.draw();
@@ -187,9 +193,11 @@ export class Scene3d {
   recolor() {
     const dark = document.documentElement.dataset.theme === "dark";
     this.renderer.setClearColor(style("--stage"));
-    this.mesh.edges.material.color.set(dark ? "#dfe7ef" : "#10161c");
-    for (const part of [this.ghost.surface, this.ghost.edges]) part.material.color.set(style("--ghost"));
-    for (const part of [this.final.surface, this.final.edges]) part.material.color.set(style("--final"));
+    for (const { mesh, ghost, final } of this.components) {
+      mesh.edges.material.color.set(dark ? "#dfe7ef" : "#10161c");
+      for (const part of [ghost.surface, ghost.edges]) part.material.color.set(style("--ghost"));
+      for (const part of [final.surface, final.edges]) part.material.color.set(style("--final"));
+    }
     this.plain = dark ? plainMesh.dark : plainMesh.light;
     this.draw();
   }
@@ -256,21 +264,21 @@ export class Scene3d {
     this.renderer.setScissorTest(this.isSplit);
     if (this.isSplit) {
       this.renderPart(0, width / 2, height, this.points.visible, false);
-      this.renderPart(width / 2, width / 2, height, false, this.mesh.group.visible);
-    } else this.renderPart(0, width, height, this.points.visible, this.mesh.group.visible);
+      this.renderPart(width / 2, width / 2, height, false, this.meshes.visible);
+    } else this.renderPart(0, width, height, this.points.visible, this.meshes.visible);
     const gl = this.renderer.getContext();
     this.fence ??= gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
   }
   renderPart(left, width, height, cloud, mesh) {
-    const shown = [this.points.visible, this.mesh.group.visible];
-    [this.points.visible, this.mesh.group.visible] = [cloud, mesh];
+    const shown = [this.points.visible, this.meshes.visible];
+    [this.points.visible, this.meshes.visible] = [cloud, mesh];
     this.renderer.setViewport(left, 0, width, height);
     this.renderer.setScissor(left, 0, width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
-    [this.points.visible, this.mesh.group.visible] = shown;
+    [this.points.visible, this.meshes.visible] = shown;
   }
   picture() {
     this.render();

@@ -18,13 +18,16 @@ export class Timeline {
   /// Loads the curves of the test that the frame belongs to; a recording may contain several tests.
   async loadRows(session) {
     this.session = session;
-    for (let first = 0; ; first = this.page.rows.count) {
-      const answer = await (await fetch(`/api/recording/rows?session=${session}&first=${first}`)).arrayBuffer();
+    for (let i = 0; i < this.page.models.length; ++i) await this.loadRowsOf(i, session);
+  }
+  async loadRowsOf(i, session) {
+    for (let first = 0; ; first = this.page.rowsOf[i].count) {
+      const answer = await (await fetch(`/api/recording/rows?session=${session}&first=${first}&component=${i}`)).arrayBuffer();
       if (answer.byteLength === 0) return;
       const packet = readPacket(answer);
       packet.head.epoch = session;
       if (packet.arrays.rows.length === 0) return;
-      this.page.receive(packet);
+      this.page.receiveRows(i, packet);
     }
   }
   async get(address) {
@@ -38,8 +41,8 @@ export class Timeline {
     try {
       const packet = await this.get(`/api/recording/frame?number=${wanted}`);
       await this.page.present(packet);
-      if (packet.head.test.session !== this.session) await this.loadRows(packet.head.test.session);
-      byId("save-csv").href = `/export/curves.csv?session=${this.session}`;
+      const { session } = packet.parts[0].head.test;
+      if (session !== this.session) await this.loadRows(session);
       byId("scrub-at").textContent = `${Number(wanted) + 1} of ${Number(this.slider.max) + 1}`;
     } finally {
       this.isBusy = false;

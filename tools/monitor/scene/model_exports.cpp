@@ -81,7 +81,7 @@ nlohmann::json channels_of(const Model& model) {
   return channels;
 }
 
-http::Response mesh_response(const Model& model, const Shape& shape) {
+http::Response mesh_file(const Model& model, const Shape& shape) {
   const auto positions = positions_of(model, shape);
   io::VtuGrid grid{positions, model.element_nodes(), {}, {}, time_of(model, shape)};
   std::vector<std::vector<float>> fields;
@@ -151,19 +151,11 @@ std::string model_packet(const Model& model, const ModelRanges& ranges, const nl
   return packet.finish(head);
 }
 
-ModelExports::ModelExports(const Model& model, const ModelRanges& ranges)
-    : model_(model), packet_(model_packet(model, ranges, nullptr)) {
-  for (std::uint32_t i = 0; i < model.simulations(); ++i) names_.emplace_back(model.simulation_name(i));
-}
-
-std::optional<http::Response> ModelExports::respond(std::string_view target) const {
-  const std::string_view path = target.substr(0, target.find('?'));
-  if (path == "/api/model") return binary_response(packet_);
-  if (path != "/export/mesh.vtu") return {};
-  const auto shape = parse_shape(http::query_value(target, "shape"));
-  if (!shape || !is_shape_of(model_, *shape))
+http::Response mesh_response(const Model& model, std::string_view text) {
+  const auto shape = parse_shape(text);
+  if (!shape || !is_shape_of(model, *shape))
     return text_response(400, "shape= needs samples of this model with weights, e.g. 3:17:0.75,4:16:0.25");
-  return mesh_response(model_, *shape);
+  return mesh_file(model, *shape);
 }
 
 }  // namespace lbea::tool

@@ -24,17 +24,7 @@ struct ModelRanges {
 /// (simulation, time in s, x, y, z). `recording`: what the page shows of a recording; null for a running test.
 [[nodiscard]] std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording);
 
-class ModelExports {
- public:
-  ModelExports(const Model& model, const ModelRanges& ranges);
-  /// "/api/model", "/export/mesh.vtu?shape=3:17:0.75,4:16:0.25".
-  [[nodiscard]] std::optional<http::Response> respond(std::string_view target) const;
-  [[nodiscard]] std::span<const std::string> simulation_names() const noexcept { return names_; }
-
- private:
-  Model model_;
-  std::vector<std::string> names_;
-  std::string packet_;
-};
+/// A file for ParaView of a shape as "3:17:0.75,4:16:0.25" describes it, or why there is none.
+[[nodiscard]] http::Response mesh_response(const Model& model, std::string_view shape);
 
 }  // namespace lbea::tool

@@ -11,6 +11,14 @@ std::size_t aligned(std::size_t bytes) { return (bytes + alignment - 1) / alignm
 
 }  // namespace
 
+void Packet::add_components(std::span<const std::string> packets) {
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    const auto bytes = std::as_bytes(std::span(packets[i]));
+    if (bytes.empty()) continue;
+    sections_.push_back({"component" + std::to_string(i), "u8", {bytes.begin(), bytes.end()}, bytes.size()});
+  }
+}
+
 std::string Packet::finish(nlohmann::json head) const {
   auto& places = head["sections"] = nlohmann::json::object();
   std::size_t offset = 0;

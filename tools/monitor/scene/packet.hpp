@@ -2,7 +2,8 @@
 //
 //   bytes 0-3  "LBMO"
 //   bytes 4-7  length of the head, u32, little-endian
-//   bytes 8-   the head: JSON with "sections": {name: {"type": "f32" | "u16" | "u32", "offset": bytes, "count": n}}
+//   bytes 8-   the head: JSON with "sections": {name: {"type": TYPE, "offset": bytes, "count": n}}, where TYPE
+//              is "f32", "u16", "u32" or "u8"
 //   then       the sections, from the next multiple of 8 on; offsets count from there and are multiples of 8
 #pragma once
 
@@ -26,6 +27,8 @@ class Packet {
     const auto bytes = std::as_bytes(std::span(values));
     sections_.push_back({std::move(name), type, {bytes.begin(), bytes.end()}, values.size()});
   }
+  /// The packet of each component as section "component0", ..., but for empty ones.
+  void add_components(std::span<const std::string> packets);
   /// The packet; adds "sections" to `head`.
   [[nodiscard]] std::string finish(nlohmann::json head) const;
 

@@ -123,16 +123,18 @@ nlohmann::json to_json(const wire::WireResult& result) {
   return json;
 }
 
-SceneBuilder::SceneBuilder(const Model& model, ModelRanges ranges)
+nlohmann::json json_of(const SceneBox& box) {
+  return {{"lo", box.lo}, {"hi", box.hi}, {"distance_limit", box.distance_limit}};
+}
+
+SceneBuilder::SceneBuilder(const Model& model, const ModelRanges& ranges)
     : model_(model),
-      ranges_(std::move(ranges)),
-      distance_limit_(distance_limit_mm * units_per_mm(model.length_unit())),
+      box_{ranges.lo, ranges.hi, distance_limit_mm * units_per_mm(model.length_unit())},
       elements_(elements_of(model)) {
-  const float size =
-      std::max({ranges_.hi[0] - ranges_.lo[0], ranges_.hi[1] - ranges_.lo[1], ranges_.hi[2] - ranges_.lo[2], 1e-6f});
+  const float size = std::max({box_.hi[0] - box_.lo[0], box_.hi[1] - box_.lo[1], box_.hi[2] - box_.lo[2], 1e-6f});
   for (std::size_t k = 0; k < 3; ++k) {
-    ranges_.lo[k] -= margin * size;
-    ranges_.hi[k] += margin * size;
+    box_.lo[k] -= margin * size;
+    box_.hi[k] += margin * size;
   }
 }
 
@@ -169,33 +171,54 @@ static std::array<double, 3> position_of(const Point& point) {
 }
 
 // nearest() gives infinity beyond the limit.
-nlohmann::json SceneBuilder::add_cloud(const std::vector<Point>& points,
-                                       const std::optional<bake::SurfaceTree>& surface, Packet& packet) const {
+static double distance_from(std::span<const std::optional<bake::SurfaceTree>> surfaces, const Point& point,
+                            double limit) {
+  double least = infinity;
+  for (const std::optional<bake::SurfaceTree>& surface : surfaces)
+    if (surface) least = std::min(least, surface->nearest(position_of(point), std::min(limit, least)).distance);
+  return least;
+}
+
+nlohmann::json add_cloud(const std::vector<Point>& points, const SceneBox& box,
+                         std::span<const std::optional<bake::SurfaceTree>> surfaces, Packet& packet) {
   std::vector<std::uint16_t> values;
   values.reserve(points.size() * 4);
   for (const Point& point : points) {
     const std::array<float, 3> at{point.x, point.y, point.z};
     std::array<float, 3> share{};
-    for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - ranges_.lo[k]) / (ranges_.hi[k] - ranges_.lo[k]);
+    for (std::size_t k = 0; k < 3; ++k) share[k] = (at[k] - box.lo[k]) / (box.hi[k] - box.lo[k]);
     if (!std::ranges::all_of(share, [](float s) { return s >= 0 && s <= 1; })) continue;
-    const double distance = surface ? surface->nearest(position_of(point), distance_limit_).distance : infinity;
+    const double distance = distance_from(surfaces, point, box.distance_limit);
     values.insert(values.end(), {quantized(share[0]), quantized(share[1]), quantized(share[2]),
-                                 quantized(static_cast<float>(distance / distance_limit_))});
+                                 quantized(static_cast<float>(distance / box.distance_limit))});
   }
   const std::size_t shown = values.size() / 4;
   packet.add("cloud", std::move(values));
   return {{"points", shown}, {"elsewhere", points.size() - shown}};
 }
 
+nlohmann::json SceneBuilder::scene_of(const wire::WireResult& result, Packet& packet,
+                                      std::optional<bake::SurfaceTree>& surface) const {
+  nlohmann::json scene = json_of(box_);
+  scene["frame"] = result.frame_id;
+  const bool of_this_model = result.model_checksum == model_.checksum();
+  scene["meshes"] = of_this_model ? add_meshes(result, packet, surface) : nlohmann::json::object();
+  return scene;
+}
+
 std::string SceneBuilder::build(const Moment& moment, nlohmann::json head) const {
   Packet packet;
-  nlohmann::json scene{
-      {"frame", moment.result.frame_id}, {"lo", ranges_.lo}, {"hi", ranges_.hi}, {"distance_limit", distance_limit_}};
-  const bool of_this_model = moment.result.model_checksum == model_.checksum();
-  std::optional<bake::SurfaceTree> surface;  // of the estimate; not set: no mesh
-  scene["meshes"] = of_this_model ? add_meshes(moment.result, packet, surface) : nlohmann::json::object();
-  if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, surface, packet);
+  std::optional<bake::SurfaceTree> surface;
+  nlohmann::json scene = scene_of(moment.result, packet, surface);
+  if (moment.cloud != nullptr) scene["cloud"] = add_cloud(*moment.cloud, box_, std::span(&surface, 1), packet);
   head["scene"] = std::move(scene);
+  return packet.finish(std::move(head));
+}
+
+std::string SceneBuilder::build_meshes(const wire::WireResult& result, nlohmann::json head,
+                                       std::optional<bake::SurfaceTree>& surface) const {
+  Packet packet;
+  head["scene"] = scene_of(result, packet, surface);
   return packet.finish(std::move(head));
 }
 

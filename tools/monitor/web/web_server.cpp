@@ -124,7 +124,7 @@ class WatcherSession final : public http::WebSocketSession {
     if (has_snapshot && !std::exchange(rows_turn_, rows_due_ && !rows_turn_)) return send(shown_ = site_.latest_);
     rows_turn_ = false;
     if (rows_due_) {
-      auto rows = site_.feed_.rows_after(cursor_);
+      auto rows = site_.feed_.rows_after(cursors_);
       rows_due_ = rows.size() > many_rows_bytes;
       if (!rows.empty()) return send(std::make_shared<const std::string>(std::move(rows)));
     }
@@ -143,7 +143,7 @@ class WatcherSession final : public http::WebSocketSession {
   WebSite& site_;
   http::WebSocket* socket_ = nullptr;
   Snapshot shown_, in_flight_;
-  LogCursor cursor_;
+  LogCursors cursors_;
   bool is_ready_ = false, rows_turn_ = false;
   bool rows_due_ = true;  // rows are sent along with snapshots: a message for each would overload the page
 };
