@@ -25,7 +25,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (lbea::wire::WireInference inference, again;
       lbea::wire::decode_inference(message, inference) == lbea::wire::WireStatus::ok) {
     require(lbea::wire::decode_inference(encoder.inference(inference), again) == lbea::wire::WireStatus::ok);
-    require(again.values.size() == inference.values.size() && again.field == inference.field);
+    require(again.values.size() == inference.values.size() && again.field == inference.field &&
+            again.component == inference.component);
   }
   return 0;
 }

@@ -14,8 +14,8 @@ import numpy
 
 import lbea_client
 
-SERVE, SEND, KEYGEN, MODEL, SENSOR, FRAMES = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO", "LBEA_SENSOR",
-                                                                            "LBEA_FRAMES"))
+SERVE, SEND, KEYGEN, MODEL, OTHER_MODEL, SENSOR, FRAMES = (os.environ[name] for name in ("LBEA_SERVE", "LBEA_SEND", "LBEA_KEYGEN", "LBEA_DEMO",
+                                                                                         "LBEA_OTHER_MODEL", "LBEA_SENSOR", "LBEA_FRAMES"))
 CORPUS = Path(os.environ["LBEA_FUZZ_CORPUS"])
 
 
@@ -156,8 +156,23 @@ class LiveTest(unittest.TestCase):
             self.assertEqual((inference.field, inference.location, inference.session), ("plastic_strain", "element", sender.session))
             self.assertEqual((inference.values.shape, inference.spread.shape), ((model.elements,), (model.elements,)))
             self.assertIn(len(inference.bound_90), (0, model.elements))
-            self.assertEqual((inference.model_checksum, inferences.damaged), (model.checksum, 0))
+            self.assertEqual((inference.model_checksum, inference.component, inferences.damaged), (model.checksum, "", 0))
             self.assertTrue((inference.spread >= 0).all() and numpy.isfinite(inference.values).all())
+
+    def test_names_the_component_whose_field_it_is(self):
+        endpoint, elements = f"ipc://{self.folder.name}/inference", __import__("lbea").Model(MODEL).elements
+        self.serve(OTHER_MODEL, "--method", "fit", "--infer", "plastic_strain", "--inference", endpoint, "--pose", SENSOR)
+        clouds = [numpy.frombuffer(file.read_bytes().split(b"end_header\n", 1)[1], "<f4").reshape(-1, 3) for file in sorted(Path(FRAMES).glob("*.ply"))]
+        with lbea_client.Inferences(endpoint) as inferences, lbea_client.FrameSender(self.frames) as sender:
+            found, sent = {}, 0
+            while len(found) < 2 and sent < 100:  # until the subscription has got through
+                sender.send(clouds[0], timeout_s=5)
+                sent += 1
+                while (inference := inferences.receive(0.2)) is not None:
+                    found[inference.component] = inference
+        self.assertEqual(set(found), {"rail", "other"})
+        self.assertNotEqual(found["rail"].model_checksum, found["other"].model_checksum)
+        self.assertEqual([len(inference.values) for inference in found.values()], [elements, elements])
 
     def test_reads_how_the_test_will_end(self):
         self.serve("--method", "fit", "--pose", SENSOR, "--trigger-ns", "1000000000")

@@ -4,7 +4,6 @@
 #include "adapters/http/metrics.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/serve/machine.hpp"
-#include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/system.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -155,7 +154,8 @@ int check(ServeOptions options) {
                       [&] { return describe_fit(options, served.model); });
   if (!models.empty() && !options.inferred_field.empty())
     preflight.check("infer", [&] {
-      return "field " + std::to_string(field_to_infer(options, models.front().model)) + ", " + options.inferred_field;
+      const auto fields = fields_to_infer(options, models);
+      return "field " + std::to_string(fields.front().field) + ", " + options.inferred_field;
     });
   check_endpoints(preflight, options);
   const bool records = !options.recording.file.empty();

@@ -1,7 +1,6 @@
 #include "tools/serve/command_line.hpp"
 
 #include "adapters/wire/sockets/endpoint.hpp"
-#include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/system.hpp"
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -88,7 +87,6 @@ void require_settings_of_components(const ServeOptions& options) {
   };
   refuse(options.has_several_rigs(), "several --frames");
   refuse(options.pipeline.matchers > 1, "--matchers");
-  refuse(!options.inferred_field.empty(), "--infer");
 }
 
 void add_operation_options(Tool& tool, ServeOptions& options) {
@@ -183,10 +181,20 @@ std::vector<Finding> check_options(const ServeOptions& options, const Model& mod
   return findings;
 }
 
-std::uint32_t field_to_infer(const ServeOptions& options, const Model& model) {
+std::vector<InferredField> fields_to_infer(const ServeOptions& options, const std::vector<NamedModel>& models) {
   if (options.matcher.method != Method::fit)
     throw Error(Status::bad_config, "--infer needs the estimate of --method fit; choose that method, or omit --infer");
-  return find_field(model, options.inferred_field);
+  std::vector<InferredField> fields;
+  for (const NamedModel& named : models) {
+    const bool is_one = models.size() == 1;
+    try {
+      fields.push_back({is_one ? "" : named.name, named.model, find_field(named.model, options.inferred_field)});
+    } catch (const Error& error) {
+      if (is_one) throw;
+      throw Error(error.status, named.file + ": " + error.what());
+    }
+  }
+  return fields;
 }
 
 std::uint64_t queue_bytes(const ServeOptions& options) {

@@ -3,6 +3,7 @@
 
 #include "tools/serve/components.hpp"
 #include "tools/serve/machine.hpp"
+#include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/pipeline/pipeline.hpp"
 #include "tools/serve/rigs.hpp"
 #include "tools/shared/cli/tool.hpp"
@@ -38,8 +39,9 @@ void read_poses(ServeOptions& options, const Model& model);
 void choose_method(ServeOptions& options, const std::vector<NamedModel>& models);
 /// Warnings for what these options lack for this model: a verdict, or the time of impact. Call after choose_method().
 [[nodiscard]] std::vector<Finding> check_options(const ServeOptions& options, const Model& model);
-/// The index of --infer's field in the model. Throws Error{bad_config}.
-[[nodiscard]] std::uint32_t field_to_infer(const ServeOptions& options, const Model& model);
+/// --infer's field in each model. Throws Error{bad_config}.
+[[nodiscard]] std::vector<InferredField> fields_to_infer(const ServeOptions& options,
+                                                         const std::vector<NamedModel>& models);
 /// Memory of the queue in bytes: one slot of max_points per rig, waiting frame and further matcher, allocated at the
 /// start.
 [[nodiscard]] std::uint64_t queue_bytes(const ServeOptions& options);

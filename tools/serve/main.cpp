@@ -4,7 +4,6 @@
 #include "runtime/src/depth/test_clock.hpp"
 #include "runtime/src/model/mapped_file.hpp"
 #include "tools/serve/command_line.hpp"
-#include "tools/serve/pipeline/inference_publisher.hpp"
 #include "tools/serve/reports.hpp"
 #include "tools/serve/system.hpp"
 #include "tools/serve/watches.hpp"
@@ -116,14 +115,13 @@ struct Publishers {
   std::optional<InferencePublisher> inference;
 
   void start(wire::WireContext& context, const ServeOptions& options, const wire::ServerAccess& access,
-             const wire::WireLimits& limits, const Model& model, RunObservers& observers) {
+             const wire::WireLimits& limits, const std::vector<NamedModel>& models, RunObservers& observers) {
     if (!options.preview_endpoint.empty())
       observers.add(&preview.emplace(
           context, options.preview_endpoint,
           PreviewConfig{.limits = limits, .T_reference_sensor = poses_of(options.rigs), .access = access}));
     if (!options.inference_endpoint.empty())
-      observers.add(
-          &inference.emplace(context, options.inference_endpoint, access, model, field_to_infer(options, model)));
+      observers.add(&inference.emplace(context, options.inference_endpoint, access, fields_to_infer(options, models)));
   }
 };
 
@@ -237,7 +235,7 @@ int serve_models(const ServeOptions& options, const std::vector<NamedModel>& mod
   RunObservers observers;
   observers.add(recorder.get());
   Publishers publishers;
-  publishers.start(context, options, listeners, config.limits, model, observers);
+  publishers.start(context, options, listeners, config.limits, models, observers);
   config.observer = &observers;
   const std::unique_ptr<Pipeline> pipeline = engines.start(config, std::move(frames), std::move(results));
   std::optional<http::MetricsServer> metrics;

@@ -240,10 +240,12 @@ std::span<const std::byte> Encoder::inference(const WireInference& inference) {
   const auto field = builder.CreateString(inference.field), unit = builder.CreateString(inference.unit);
   const auto mean = builder.CreateVector(inference.values), spread = builder.CreateVector(inference.spread);
   const auto bound = inference.bound_90.empty() ? 0 : builder.CreateVector(inference.bound_90);
-  schema::FinishInferenceBuffer(builder, schema::CreateInference(builder, inference.sequence, inference.session,
-                                                                 inference.frame_id, inference.stamp_ns, field, unit,
-                                                                 static_cast<schema::FieldLocation>(inference.location),
-                                                                 mean, spread, inference.model_checksum, bound));
+  const auto component = inference.component.empty() ? 0 : builder.CreateString(inference.component);
+  schema::FinishInferenceBuffer(
+      builder,
+      schema::CreateInference(builder, inference.sequence, inference.session, inference.frame_id, inference.stamp_ns,
+                              field, unit, static_cast<schema::FieldLocation>(inference.location), mean, spread,
+                              inference.model_checksum, bound, component));
   return detail::finished(builder);
 }
 
@@ -264,7 +266,8 @@ WireStatus decode_inference(std::span<const std::byte> message, WireInference& i
           values(from->values()),
           values(from->spread()),
           from->model_checksum(),
-          values(from->bound_90())};
+          values(from->bound_90()),
+          detail::text(from->component())};
   const bool has_bounds = !into.bound_90.empty();
   return into.spread.size() == into.values.size() && (!has_bounds || into.bound_90.size() == into.values.size())
              ? WireStatus::ok

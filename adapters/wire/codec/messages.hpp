@@ -269,7 +269,7 @@ struct WireComponent {
 
 /// A baked field on the whole component, inferred from the samples that explain a frame: see Inferred.
 struct WireInference {
-  std::uint64_t sequence = 0;  // rises by one per matched frame
+  std::uint64_t sequence = 0;  // rises by one per inference
   std::uint64_t session = 0;
   std::uint64_t frame_id = 0;
   std::int64_t stamp_ns = 0;
@@ -279,6 +279,7 @@ struct WireInference {
   std::vector<float> spread{};  // one per value
   std::uint64_t model_checksum = 0;
   std::vector<float> bound_90{};  // one per value, or empty
+  std::string component{};        // of several; else empty
 };
 
 /// failed: from the first loss on, or when the file could not be completed.

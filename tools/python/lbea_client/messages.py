@@ -48,6 +48,7 @@ class Inference:
     spread: numpy.ndarray  # standard deviation over the plausible samples
     model_checksum: int
     bound_90: numpy.ndarray  # 90 % of the true values differ from `values` by less; empty: not known
+    component: str = ""  # of several; else empty
 
 
 def names_of(enumeration):
@@ -115,7 +116,7 @@ def decode_inference(message):
             raise ValueError("values, spread and bound_90 have different lengths")
         location = names_of(FieldLocation.FieldLocation)[found.Location()]
         return Inference(found.Sequence(), found.Session(), found.FrameId(), found.StampNs(), (found.Field() or b"").decode(),
-                         (found.Unit() or b"").decode(), location, values, spread, found.ModelChecksum(), bound_90)
+                         (found.Unit() or b"").decode(), location, values, spread, found.ModelChecksum(), bound_90, (found.Component() or b"").decode())
     except Exception as error:
         raise DamagedMessage(f"not an inference: {error!r}") from error
 

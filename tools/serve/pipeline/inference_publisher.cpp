@@ -1,10 +1,12 @@
 #include "tools/serve/pipeline/inference_publisher.hpp"
 
+#include <algorithm>
+
 namespace lbea::tool {
 namespace {
 
 constexpr int inferences_held = 100;      // per subscriber
-constexpr std::size_t max_waiting = 256;  // a quarter of a second at 1,000 frames a second
+constexpr std::size_t max_waiting = 256;  // of each component; a quarter of a second at 1,000 frames a second
 
 }  // namespace
 
@@ -20,21 +22,27 @@ std::uint32_t find_field(const Model& model, const std::string& name) {
 }
 
 InferencePublisher::InferencePublisher(wire::WireContext& context, const std::string& endpoint,
-                                       const wire::ServerAccess& access, Model model, std::uint32_t field)
-    : model_(std::move(model)), field_(field), sink_(context, endpoint, inferences_held, access) {
-  const FieldInfo info = model_.field(field_);
-  message_ = {.field = std::string(info.name),
-              .unit = std::string(info.unit),
-              .location = info.location,
-              .model_checksum = model_.checksum()};
+                                       const wire::ServerAccess& access, std::vector<InferredField> fields)
+    : fields_(std::move(fields)), sink_(context, endpoint, inferences_held * static_cast<int>(fields_.size()), access) {
+  for (const auto& [component, model, field] : fields_) {
+    const FieldInfo info = model.field(field);
+    messages_.push_back({.field = std::string(info.name),
+                         .unit = std::string(info.unit),
+                         .location = info.location,
+                         .model_checksum = model.checksum(),
+                         .component = component});
+  }
   thread_ = std::jthread([this](const std::stop_token& stopped) { run(stopped); });
 }
 
 void InferencePublisher::result(wire::Message, const wire::WireResult& result) noexcept {
   if (result.fit.estimate.empty()) return;
+  const auto of = std::ranges::find(fields_, result.component, &InferredField::component);
+  if (of == fields_.end()) return;
+  const auto component = static_cast<std::size_t>(of - fields_.begin());
   const std::lock_guard lock(mutex_);
-  if (waiting_.size() == max_waiting) waiting_.pop_front();
-  waiting_.push_back({++requested_, result.session, result.frame_id, result.stamp_ns, result.fit});
+  if (waiting_.size() == max_waiting * fields_.size()) waiting_.pop_front();
+  waiting_.push_back({++requested_, result.session, result.frame_id, result.stamp_ns, component, result.fit});
   wake_.notify_one();
 }
 
@@ -50,16 +58,18 @@ void InferencePublisher::run(const std::stop_token& stopped) noexcept {
 }
 
 void InferencePublisher::publish(const Request& request) {
-  if (model_.file_was_written()) return;
-  infer_field(model_, field_, request.fit.view(), inferred_);
-  message_.sequence = request.sequence;
-  message_.session = request.session;
-  message_.frame_id = request.frame_id;
-  message_.stamp_ns = request.stamp_ns;
-  message_.values = inferred_.mean;
-  message_.spread = inferred_.spread;
-  message_.bound_90 = inferred_.bound_90;
-  sink_.send(encoder_.inference(message_));
+  const InferredField& of = fields_[request.component];
+  if (of.model.file_was_written()) return;
+  infer_field(of.model, of.field, request.fit.view(), inferred_);
+  wire::WireInference& message = messages_[request.component];
+  message.sequence = request.sequence;
+  message.session = request.session;
+  message.frame_id = request.frame_id;
+  message.stamp_ns = request.stamp_ns;
+  message.values = inferred_.mean;
+  message.spread = inferred_.spread;
+  message.bound_90 = inferred_.bound_90;
+  sink_.send(encoder_.inference(message));
 }
 
 }  // namespace lbea::tool
