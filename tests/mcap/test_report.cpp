@@ -87,6 +87,50 @@ TEST_CASE("--test chooses among the tests of a recording; the one with the most 
   CHECK_FALSE(std::filesystem::exists(bench.file("absent.html")));
 }
 
+TEST_CASE("several components: a verdict of the test, and the report of each, as lbea-replay finds them") {
+  Bench bench;
+  record(bench, "run.mcap", 20, {LBEA_OTHER_MODEL, "--method", "fit", "--pose", rail_pose, "--min-coverage", "0.1"});
+  const Outcome made = report(bench, "run.mcap -o report.html --json");
+  REQUIRE_MESSAGE(made.exit_code == 0, made.err);
+  const Json summary = Json::parse(made.out), inspected = bench.inspect("run.mcap", 0);
+  CHECK(summary["accounts"]["captured"] == 20);
+  CHECK(summary["accounts"]["matched"] == inspected["matcher"]["matched"]);
+  const std::string page = text_of(bench.file("report.html"));
+  const std::string replayed = bench.replay("run.mcap --model " LBEA_MODEL " --model " LBEA_OTHER_MODEL).out;
+  const std::array<std::string, 2> names{"channels", "other"}, files{LBEA_MODEL, LBEA_OTHER_MODEL};
+  REQUIRE(summary["components"].size() == 2);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    CAPTURE(names[i]);
+    const std::string begin = "test, " + names[i] + ": ";
+    REQUIRE(contains(replayed, begin));
+    const std::size_t at = replayed.find(begin) + begin.size();
+    const std::string answer = replayed.substr(at, replayed.find('\n', at) - at);
+    CHECK(contains(page, "<tr><td>" + names[i] + "</td><td>" + answer + "</td><td class=\"number\">20</td></tr>"));
+    CHECK(contains(page, "<article aria-label=\"" + names[i] + "\"><h1>Component " + names[i] + "</h1>"));
+    CHECK(contains(page, "<section aria-label=\"" + names[i] + ": End\">"));
+    Json component = summary["components"][i];
+    CHECK(component["component"] == names[i]);
+    CHECK(component["channels"].empty() == (i == 1));
+    CHECK(component["tests"][0]["matched_frames"] == 20);
+    // Of one component alone, the same.
+    const Outcome alone = report(bench, "run.mcap --json --model " + files[i]);
+    REQUIRE_MESSAGE(alone.exit_code == 0, alone.err);
+    const Json of_one = Json::parse(alone.out);
+    for (const auto& [key, value] : component.items()) CHECK_MESSAGE(of_one[key] == value, key);
+  }
+  CHECK(contains(page, "--model " LBEA_MODEL " --model " LBEA_OTHER_MODEL " --against"));
+
+  CHECK(report(bench, "run.mcap --channels-csv table.csv --model " LBEA_MODEL).exit_code == 0);
+  const Outcome both = report(bench, "run.mcap --channels-csv both.csv");
+  CHECK(both.exit_code == 1);
+  CHECK(contains(both.err, "give its --model alone"));
+  CHECK_FALSE(std::filesystem::exists(bench.file("both.csv")));
+  record(bench, "one.mcap", 3, {"--method", "fit", "--pose", rail_pose});
+  CHECK(contains(report(bench, "one.mcap --json --model " LBEA_OTHER_MODEL).err, "is not the model"));
+  CHECK(contains(report(bench, "one.mcap --json --model " LBEA_MODEL " --model " LBEA_OTHER_MODEL).err,
+                 "was matched with one model"));
+}
+
 TEST_CASE("a report that is stopped or killed at any time leaves the earlier page or the whole new one") {
   Bench bench;
   record(bench, "run.mcap", 20, {"--method", "fit", "--pose", rail_pose});

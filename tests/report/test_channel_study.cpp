@@ -108,7 +108,7 @@ TEST_CASE("page and summary give rating, grade, scores and the simulation's curv
   CHECK_MESSAGE(contains(section, "Rating by ISO/TS 18571, from 0 to 1: how far simulation plate_2 alone"), section);
   CHECK(contains(section, "<td>end x</td><td class=\"number\">1.00</td><td>excellent</td>"));
   CHECK(contains(section, "plate_2 alone"));
-  const Json json = Json::parse(summary_json(report));
+  const Json json = Json::parse(summary_json(std::span(&report, 1)));
   CHECK(json["channels_rated_against"]["simulation"] == "plate_2");
   CHECK(json["channels_rated_against"]["impact_seconds"].get<double>() == doctest::Approx(0.002));
   const Json& rating = json["channels"][1]["rating"];
@@ -118,7 +118,8 @@ TEST_CASE("page and summary give rating, grade, scores and the simulation's curv
   CHECK(rating["overall"].get<double>() == doctest::Approx(weighted));
   std::vector<wire::WireResult> none = frames_of(model(), 2);
   for (wire::WireResult& frame : none) frame.channels[0].value = std::nanf("");
-  const Json unrated = Json::parse(summary_json(report_of(plates(), none)));
+  const TestReport without = report_of(plates(), none);
+  const Json unrated = Json::parse(summary_json(std::span(&without, 1)));
   CHECK(unrated["channels"][0]["rating"].is_null());
   CHECK(unrated["channels"][0]["not_rated_because"] == "no frame has a value");
 }

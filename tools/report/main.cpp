@@ -60,7 +60,7 @@ void require_destinations(const Options& options) {
     throw WrongUsage("no destination. Give -o REPORT.html, --json, --channels-csv FILE or --mme FOLDER");
   for (const auto* file : {&options.output, &options.csv}) {
     require_other_file(*file, options.report.recording);
-    require_other_file(*file, options.report.model_file);
+    for (const std::string& model : options.report.model_files) require_other_file(*file, model);
     if (!file->empty()) require_no_recording_or_model(*file);
   }
   require_different(options.output, options.csv, "-o and --channels-csv");
@@ -75,15 +75,19 @@ int report(Options options) {
   require_destinations(options);
   options.report.keeps_all_frames = !options.csv.empty() || !options.mme.empty();
   std::optional<StageProgress> progress(std::in_place);
-  const TestReport report = make_report(
+  const std::vector<TestReport> reports = make_reports(
       options.report,
       [&](std::string_view stage, std::uint64_t done, std::uint64_t total) { progress->show(stage, done, total); });
   progress.reset();
-  for (const auto* file : {&options.output, &options.csv}) require_other_file(*file, report.model_file);
-  if (!options.csv.empty()) io::write_file(options.csv, csv_of(report));
-  if (!options.mme.empty()) io::write_mme(options.mme, mme_of(report), require_not_stopped);
-  if (!options.output.empty()) io::write_file(options.output, page_of(report));
-  if (options.json) std::printf("%s\n", summary_json(report).c_str());
+  for (const TestReport& report : reports)
+    for (const auto* file : {&options.output, &options.csv}) require_other_file(*file, report.model_file);
+  if (reports.size() > 1 && options.report.keeps_all_frames)
+    throw Error(Status::bad_config,
+                "--channels-csv and --mme export the quantities of one component; give its --model alone");
+  if (!options.csv.empty()) io::write_file(options.csv, csv_of(reports.front()));
+  if (!options.mme.empty()) io::write_mme(options.mme, mme_of(reports.front()), require_not_stopped);
+  if (!options.output.empty()) io::write_file(options.output, page_of(reports));
+  if (options.json) std::printf("%s\n", summary_json(reports).c_str());
   return exit_ok;
 }
 
@@ -97,8 +101,9 @@ int main(int argc, char** argv) {
   tool.add_option("RECORDING", options.report.recording, "the recording (.mcap)")->required();
   tool.add_option("-o,--output", options.output,
                   "the page to write; an earlier one is replaced when the new one is complete");
-  tool.add_option("--model", options.report.model_file,
-                  "the model (.lbea) that the frames were matched with; default: the file that the recording names")
+  tool.add_option("--model", options.report.model_files,
+                  "the model (.lbea) that the frames were matched with, of several components once for each that is "
+                  "reported; default: the files that the recording names")
       ->check(lbea::tool::existing_file());
   auto* pose = tool.add_option("--pose", options.report.pose_file,
                                "sensor.json, for a recording by lbea-record, which does not know the pose")

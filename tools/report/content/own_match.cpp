@@ -42,7 +42,7 @@ void match_frames(TestReport& report, const ReportOptions& options, const Readin
   const std::string sensor_name = options.pose_file.empty() ? options.recording.string() : options.pose_file;
   const SensorViews views = views_for(settings.matcher, report.model, settings.sensor_json, sensor_name);
   MatchReplay replay(report.model, settings, views, 1);
-  TestCollector tests(report.content);
+  TestCollector tests(std::span(&report.content, 1));
   std::uint64_t frames = 0;
   const ResultHandler add = [&](const wire::WireResult& result, const TestKey&) {
     ++report.own_counters.received;

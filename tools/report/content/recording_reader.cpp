@@ -4,6 +4,7 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "runtime/src/model/checksum.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/intake/component_results.hpp"
 #include "tools/shared/matching/preview.hpp"
 
 #include <algorithm>
@@ -90,49 +91,92 @@ void require_not_stopped() {
   if (stop_requested != 0) throw Error(Status::write_failed, "stopped; no report was written");
 }
 
+std::vector<RecordingContent*> TestCollector::concerned(const wire::WireResult& result) const {
+  std::vector<RecordingContent*> all;
+  for (RecordingContent& content : contents_)
+    if (!content.component || concerns(result, *content.component)) all.push_back(&content);
+  return all;
+}
+
+/// False when there are too many.
+bool TestCollector::begin_test(std::uint64_t session) {
+  const auto current = current_.find(session);
+  const std::vector<RecordedTest>& tests = contents_.front().tests;
+  if (tests.size() >= RecordingContent::most_tests) return false;
+  const std::uint64_t number = current != current_.end() ? tests[current->second].key.second + 1 : 0;
+  current_[session] = tests.size();
+  for (RecordingContent& content : contents_)
+    content.tests.push_back({{session, number}, TestRecord(content.rows_per_test)});
+  return true;
+}
+
 void TestCollector::add(const wire::WireResult& result) {
+  const std::vector<RecordingContent*> of = concerned(result);
+  if (of.empty()) return;
   const auto current = current_.find(result.session);
   const bool is_known = current != current_.end();
-  if (wire::fate_of(result.status) != wire::Fate::matched) {
-    if (is_known) content_.tests[current->second].record.add(result);
+  if (wire::fate_of(result.status) == wire::Fate::matched) {
+    for (RecordingContent* content : of)
+      if (content->model_checksum == 0) content->model_checksum = result.model_checksum;
+    const bool begins = !is_known || contents_.front().tests[current->second].record.has_ended();
+    if (begins && !begin_test(result.session)) {
+      for (RecordingContent* content : of) ++content->omitted_tests;
+      return;
+    }
+  } else if (!is_known) {
     return;
   }
-  if (content_.model_checksum == 0) content_.model_checksum = result.model_checksum;
-  const bool is_next = is_known && content_.tests[current->second].record.has_ended();
-  if (is_known && !is_next) return content_.tests[current->second].record.add(result);
-  if (content_.tests.size() >= RecordingContent::most_tests) return void(++content_.omitted_tests);
-  const std::uint64_t number = is_next ? content_.tests[current->second].key.second + 1 : 0;
-  current_[result.session] = content_.tests.size();
-  content_.tests.push_back({{result.session, number}, TestRecord(content_.rows_per_test)});
-  content_.tests.back().record.add(result);
+  for (RecordingContent* content : of) content->tests[current_[result.session]].record.add(result);
 }
+
+namespace {
+
+void read_all(std::span<RecordingContent> contents, const std::filesystem::path& file,
+              const ReadingProgress& progress) {
+  TestCollector tests(contents);
+  ByteCount bytes(file, progress);
+  wire::WireResult result;
+  RunAudit audit = audit_run(file, [&](const RecordedMessage& message) {
+    bytes.add(message.data.size());
+    if (message.kind == Kind::result && wire::decode_result(message.data, result) == wire::WireStatus::ok)
+      tests.add(result);
+  });
+  if (!audit.file.is_mcap) throw Error(Status::bad_input, file.string() + ": not a recording (MCAP); check the name");
+  const std::uint64_t checksum = checksum_of(file);
+  for (RecordingContent& content : contents) {
+    content.file = file;
+    content.checksum = checksum;
+    content.audit = audit;
+  }
+}
+
+}  // namespace
 
 RecordingContent read_recording(const std::filesystem::path& file, const ReadingProgress& progress,
                                 std::size_t rows_per_test) {
   RecordingContent content;
   content.rows_per_test = rows_per_test;
-  content.file = file;
-  TestCollector tests(content);
-  ByteCount bytes(file, progress);
-  wire::WireResult result;
-  wire::WireState state;
-  content.audit = audit_run(file, [&](const RecordedMessage& message) {
-    bytes.add(message.data.size());
-    if (message.kind == Kind::result && wire::decode_result(message.data, result) == wire::WireStatus::ok)
-      tests.add(result);
-    if (message.kind == Kind::state && content.matcher_names.empty() &&
-        wire::decode_state(message.data, state) == wire::WireStatus::ok)
-      content.matcher_names = state.model.simulations;
-  });
-  if (!content.audit.file.is_mcap)
-    throw Error(Status::bad_input, file.string() + ": not a recording (MCAP); check the name");
-  content.checksum = checksum_of(file);
+  read_all(std::span(&content, 1), file, progress);
   return content;
+}
+
+std::vector<RecordingContent> read_components(const std::filesystem::path& file,
+                                              std::span<const std::uint64_t> checksums, const ReadingProgress& progress,
+                                              std::size_t rows_per_test) {
+  std::vector<RecordingContent> contents(checksums.size());
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    contents[i].rows_per_test = rows_per_test;
+    contents[i].component = checksums[i];
+  }
+  read_all(contents, file, progress);
+  return contents;
 }
 
 std::map<CaptureKey, RecordedFrame> read_frames(const std::filesystem::path& file, std::span<const CaptureKey> wanted,
                                                 const RigidTransform& T_reference_sensor,
-                                                std::span<const RigSettings> rigs, const ReadingProgress& progress) {
+                                                std::span<const RigSettings> rigs,
+                                                std::optional<std::uint64_t> component,
+                                                const ReadingProgress& progress) {
   std::map<CaptureKey, RecordedFrame> frames;
   std::map<CaptureKey, CloudUse> uses;
   for (const CaptureKey& key : wanted) {
@@ -151,6 +195,7 @@ std::map<CaptureKey, RecordedFrame> read_frames(const std::filesystem::path& fil
                           std::back_inserter(frames[use->second.capture].points));
     }
     if (message.kind != Kind::result || wire::decode_result(message.data, result) != wire::WireStatus::ok) return;
+    if (component && !concerns(result, *component)) return;
     const auto frame = frames.find({result.session, result.frame_id});
     if (frame == frames.end() || frame->second.result || wire::fate_of(result.status) != wire::Fate::matched) return;
     frame->second.result = result;

@@ -19,11 +19,12 @@ struct RecordingContent {
   std::filesystem::path file;
   std::uint64_t checksum = 0;  // XXH3-64 of all bytes
   RunAudit audit;
-  std::vector<RecordedTest> tests;         // with at least one matched frame, in their order
-  std::uint64_t omitted_tests = 0;         // beyond most_tests
-  std::uint64_t model_checksum = 0;        // of the first matched result
-  std::vector<std::string> matcher_names;  // of the simulations, as the matcher named them
+  std::vector<RecordedTest> tests;   // with at least one matched frame, in their order
+  std::uint64_t omitted_tests = 0;   // beyond most_tests
+  std::uint64_t model_checksum = 0;  // of the first matched result
   std::size_t rows_per_test = TestRecord::default_capacity;
+  std::optional<std::uint64_t>
+      component{};  // of several, the checksum of its model: other components' results are left out
   static constexpr std::size_t most_tests = 256;
 };
 
@@ -36,17 +37,26 @@ using ReadingProgress = std::function<void(std::uint64_t done, std::uint64_t tot
 /// Throws Error{file_not_found | bad_input} when it is not a recording, and when stopped.
 [[nodiscard]] RecordingContent read_recording(const std::filesystem::path& file, const ReadingProgress& progress,
                                               std::size_t rows_per_test = TestRecord::default_capacity);
+/// The same for each of several components, by the checksums of their models. All have the same tests: a record without
+/// matched frames where only other components were matched.
+[[nodiscard]] std::vector<RecordingContent> read_components(const std::filesystem::path& file,
+                                                            std::span<const std::uint64_t> checksums,
+                                                            const ReadingProgress& progress, std::size_t rows_per_test);
 
 /// Divides results into tests: the first matched frame of another session, or after the end of its stream, begins
 /// another one.
 class TestCollector {
  public:
-  explicit TestCollector(RecordingContent& content) : content_(content) {}
+  /// One, or one for each of several components.
+  explicit TestCollector(std::span<RecordingContent> contents) : contents_(contents) {}
   void add(const wire::WireResult& result);
 
  private:
-  RecordingContent& content_;
-  std::map<std::uint64_t, std::size_t> current_;  // by session: place in content_.tests
+  [[nodiscard]] std::vector<RecordingContent*> concerned(const wire::WireResult& result) const;
+  [[nodiscard]] bool begin_test(std::uint64_t session);
+
+  std::span<RecordingContent> contents_;
+  std::map<std::uint64_t, std::size_t> current_;  // by session: place in the tests of each
 };
 
 /// A frame with its points.
@@ -57,11 +67,9 @@ struct RecordedFrame {
 };
 
 /// The frames with these keys. Of repeated ids, the first one counts. With several `rigs`, whose poses then count, a
-/// key is that of a capture, whose frames' points are put together.
-[[nodiscard]] std::map<CaptureKey, RecordedFrame> read_frames(const std::filesystem::path& file,
-                                                              std::span<const CaptureKey> wanted,
-                                                              const RigidTransform& T_reference_sensor,
-                                                              std::span<const RigSettings> rigs,
-                                                              const ReadingProgress& progress);
+/// key is that of a capture, whose frames' points are put together. component: see RecordingContent.
+[[nodiscard]] std::map<CaptureKey, RecordedFrame> read_frames(
+    const std::filesystem::path& file, std::span<const CaptureKey> wanted, const RigidTransform& T_reference_sensor,
+    std::span<const RigSettings> rigs, std::optional<std::uint64_t> component, const ReadingProgress& progress);
 
 }  // namespace lbea::tool

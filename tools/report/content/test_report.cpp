@@ -2,6 +2,7 @@
 
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/report/content/own_match.hpp"
+#include "tools/shared/matching/named_models.hpp"
 #include "tools/shared/matching/views.hpp"
 
 #include <algorithm>
@@ -20,7 +21,9 @@ std::uint64_t recorded_checksum(const RecordingContent& content) {
 }
 
 std::filesystem::path model_file_of(const ReportOptions& options, const RecordingContent& content) {
-  if (!options.model_file.empty()) return options.model_file;
+  if (options.model_files.size() > 1)
+    throw Error(Status::bad_config, options.recording.string() + ": was matched with one model; give --model once");
+  if (!options.model_files.empty()) return options.model_files.front();
   const std::string& recorded = content.audit.settings.model_file;
   if (recorded.empty())
     throw Error(Status::bad_config, options.recording.string() + ": does not name its model; give it with --model");
@@ -36,6 +39,23 @@ Model open_model(const std::filesystem::path& file, const RecordingContent& cont
   return model;
 }
 
+/// Those that are given, or all that the recording names, as it names them.
+std::vector<NamedModel> models_of_components(const ReportOptions& options,
+                                             const std::vector<ComponentSettings>& recorded) {
+  std::vector<std::string> files = options.model_files;
+  if (files.empty())
+    for (const ComponentSettings& component : recorded) files.push_back(component.model_file);
+  std::vector<NamedModel> models = open_models(files);
+  for (NamedModel& named : models) {
+    const auto component = std::ranges::find(recorded, named.model.checksum(), &ComponentSettings::model_checksum);
+    if (component == recorded.end())
+      throw Error(Status::bad_config, named.file + ": is not a model that the frames of " + options.recording.string() +
+                                          " were matched with; see lbea-inspect");
+    named.name = component->name;
+  }
+  return models;
+}
+
 void require_content(const RecordingContent& content) {
   if (content.audit.frames > 0 || content.audit.results > 0) return;
   const auto flaws = content.audit.flaws();
@@ -43,21 +63,29 @@ void require_content(const RecordingContent& content) {
                                      (flaws.empty() ? "" : " (" + flaws.front() + ")") + "; see lbea-inspect");
 }
 
-std::optional<std::size_t> place_of(const ReportOptions& options, const RecordingContent& content) {
+/// Of the tests that all components have.
+std::optional<std::size_t> place_of(const ReportOptions& options, std::span<const TestReport> components) {
+  const std::vector<RecordedTest>& tests = components.front().content.tests;
   if (options.test) {
-    if (*options.test == 0 || *options.test > content.tests.size())
+    if (*options.test == 0 || *options.test > tests.size())
       throw Error(Status::bad_config, "--test " + std::to_string(*options.test) + ": the recording has " +
-                                          std::to_string(content.tests.size()) + " tests with matched frames");
+                                          std::to_string(tests.size()) + " tests with matched frames");
     return *options.test - 1;
   }
-  if (content.tests.empty()) return std::nullopt;
-  const auto longest = std::ranges::max_element(
-      content.tests, {}, [](const RecordedTest& test) { return test.record.answer().matched(); });
-  return static_cast<std::size_t>(longest - content.tests.begin());
+  std::optional<std::size_t> longest;
+  std::uint64_t most = 0;
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    std::uint64_t matched = 0;
+    for (const TestReport& report : components) matched += report.content.tests[i].record.answer().matched();
+    if (!longest || matched > most) longest = i, most = matched;
+  }
+  return longest;
 }
 
-/// The baked images' limits hold for frames from their pose; for others, the matcher has rendered images.
+/// The baked images' limits hold for frames from their pose; for others, and of a component between others, the matcher
+/// has rendered images.
 void find_limits(TestReport& report) {
+  if (!report.component.empty()) return;
   const SensorViews views = SensorViews::baked_into(report.model, report.T_reference_sensor);
   if (views.empty() || !has_images_for(report.T_reference_sensor, report.model)) return;
   report.frame_limit = double{views.misfit_limit()};
@@ -83,7 +111,7 @@ void study_frames(TestReport& report, const StageReporter& progress) {
   for (const auto* some : {&chosen, &with_forecasts})
     for (const ChosenFrame& frame : *some) keys.push_back(frame.key);
   auto frames = read_frames(report.content.file, keys, report.T_reference_sensor, report.settings().rigs,
-                            stage(progress, "reading frames"));
+                            report.content.component, stage(progress, "reading frames"));
   for (auto& [key, frame] : frames)
     if (const auto own = report.own_results.find(key); own != report.own_results.end()) frame.result = own->second;
   report.forecasts = study_forecasts(report.model, with_forecasts, frames);
@@ -126,23 +154,19 @@ const wire::WireForecast& TestReport::forecast() const noexcept {
   return of_test != nullptr && of_test->latest() ? of_test->latest()->forecast : none;
 }
 
-TestReport make_report(const ReportOptions& options, const StageReporter& progress) {
-  RecordingContent content =
-      read_recording(options.recording, stage(progress, "reading results"),
-                     options.keeps_all_frames ? std::numeric_limits<std::size_t>::max() : TestRecord::default_capacity);
-  require_content(content);
-  if (!content.audit.settings.components.empty())
-    throw Error(Status::bad_input, options.recording.string() +
-                                       ": was matched with the models of several components, which lbea-report does "
-                                       "not read yet; see lbea-replay and lbea-monitor --model");
-  const std::filesystem::path model_file = model_file_of(options, content);
-  Model model = open_model(model_file, content);
-  TestReport report(std::move(content), std::move(model), model_file);
+namespace {
+
+TestReport begin_report(RecordingContent content, Model model, const std::filesystem::path& file,
+                        const ReportOptions& options) {
+  TestReport report(std::move(content), std::move(model), file);
   for (std::uint32_t i = 0; i < report.model.simulations(); ++i)
     report.names.emplace_back(report.model.simulation_name(i));
   find_poses(report, options);
-  if (report.content.audit.results == 0) match_frames(report, options, stage(progress, "matching"));
-  report.test = place_of(options, report.content);
+  return report;
+}
+
+void complete(TestReport& report, std::optional<std::size_t> test, const StageReporter& progress) {
+  if (test && report.content.tests[*test].record.latest()) report.test = test;
   find_limits(report);
   study_frames(report, progress);
   if (report.record() != nullptr) {
@@ -150,7 +174,47 @@ TestReport make_report(const ReportOptions& options, const StageReporter& progre
     report.fields = compare_fields(report.model, report.frames, report.channels, is_explained(report));
   }
   explain(report);
-  return report;
+}
+
+std::vector<TestReport> reports_of_components(const ReportOptions& options,
+                                              const std::vector<ComponentSettings>& recorded, std::size_t rows,
+                                              const StageReporter& progress) {
+  const std::vector<NamedModel> models = models_of_components(options, recorded);
+  std::vector<std::uint64_t> checksums;
+  for (const NamedModel& named : models) checksums.push_back(named.model.checksum());
+  std::vector<RecordingContent> contents =
+      read_components(options.recording, checksums, stage(progress, "reading results"), rows);
+  std::vector<TestReport> reports;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    reports.push_back(begin_report(std::move(contents[i]), models[i].model, models[i].file, options));
+    reports.back().component = models[i].name;
+  }
+  if (reports.front().content.audit.results == 0)
+    throw Error(Status::bad_input, options.recording.string() +
+                                       ": has no results of its components; match it with lbea-replay --model, once "
+                                       "for each");
+  return reports;
+}
+
+}  // namespace
+
+std::vector<TestReport> make_reports(const ReportOptions& options, const StageReporter& progress) {
+  const std::size_t rows =
+      options.keeps_all_frames ? std::numeric_limits<std::size_t>::max() : TestRecord::default_capacity;
+  RecordingContent content = read_recording(options.recording, stage(progress, "reading results"), rows);
+  require_content(content);
+  std::vector<TestReport> reports;
+  if (const auto& recorded = content.audit.settings.components; !recorded.empty()) {
+    reports = reports_of_components(options, recorded, rows, progress);
+  } else {
+    const std::filesystem::path file = model_file_of(options, content);
+    Model model = open_model(file, content);
+    reports.push_back(begin_report(std::move(content), std::move(model), file, options));
+    if (reports.front().content.audit.results == 0) match_frames(reports.front(), options, stage(progress, "matching"));
+  }
+  const std::optional<std::size_t> test = place_of(options, reports);
+  for (TestReport& report : reports) complete(report, test, progress);
+  return reports;
 }
 
 }  // namespace lbea::tool

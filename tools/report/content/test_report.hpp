@@ -1,4 +1,4 @@
-// Everything that the page and the summary say about one test of a recording.
+// Everything that the page and the summary say about one test of a recording, or about one component in it.
 #pragma once
 
 #include "tools/report/content/accounts.hpp"
@@ -11,17 +11,18 @@ namespace lbea::tool {
 
 struct ReportOptions {
   std::filesystem::path recording;
-  std::filesystem::path model_file;  // empty: the one that the recording names
-  std::string pose_file;             // instead of the recorded pose
-  bool without_pose = false;         // the points are in reference coordinates
-  std::optional<std::size_t> test;   // its number, from 1; none: the one with the most matched frames
-  bool keeps_all_frames = false;     // in the record, also of long tests
+  std::vector<std::string> model_files;  // empty: those that the recording names
+  std::string pose_file;                 // instead of the recorded pose
+  bool without_pose = false;             // the points are in reference coordinates
+  std::optional<std::size_t> test;       // its number, from 1; none: the one with the most matched frames
+  bool keeps_all_frames = false;         // in the record, also of long tests
 };
 
 struct TestReport {
   TestReport(RecordingContent recording, Model baked, std::filesystem::path file)
       : content(std::move(recording)), model(std::move(baked)), model_file(std::move(file)) {}
   RecordingContent content;
+  std::string component;  // of several; else empty
   Model model;
   std::filesystem::path model_file;
   std::vector<std::string> names;                               // of the simulations
@@ -57,7 +58,10 @@ struct TestReport {
 /// Called with the name of a stage and its progress.
 using StageReporter = std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)>;
 
-/// Throws Error with a sentence when nothing can be told, and when stopped.
-[[nodiscard]] TestReport make_report(const ReportOptions& options, const StageReporter& progress);
+/// One, or one for each component, of the same test. Throws Error with a sentence when nothing can be told, and when
+/// stopped.
+[[nodiscard]] std::vector<TestReport> make_reports(const ReportOptions& options, const StageReporter& progress);
+/// What the test says as a whole, by the explanations of its components.
+[[nodiscard]] Explanation explain_together(std::span<const TestReport> components);
 
 }  // namespace lbea::tool

@@ -9,18 +9,6 @@ namespace {
 
 constexpr std::size_t most_flaws = 12;
 
-/// Before everything else: what a damaged or incomplete recording cannot tell.
-std::string flaws_of(const TestReport& report) {
-  const std::vector<std::string> flaws = report.content.audit.flaws();
-  if (flaws.empty()) return "";
-  std::string text = "<section class=\"flaws\" aria-label=\"The recording\"><p><strong>The recording is ";
-  text += report.content.audit.file.is_intact() ? "not complete." : "damaged: this report shows what could be read.";
-  text += "</strong></p>\n<ul>";
-  for (std::size_t i = 0; i < std::min(flaws.size(), most_flaws); ++i) text += "<li>" + escaped(flaws[i]) + "</li>";
-  if (flaws.size() > most_flaws) text += "<li>and " + std::to_string(flaws.size() - most_flaws) + " more</li>";
-  return text + "</ul></section>\n";
-}
-
 std::string warnings_of(const TestReport& report) {
   if (report.warnings.empty()) return "";
   std::string text = "<section aria-label=\"Warnings\"><h2>Warnings</h2>\n<ul>";
@@ -113,10 +101,41 @@ const char* class_of(Explanation::Tone tone) {
   return tone == Explanation::Tone::good ? "good" : tone == Explanation::Tone::bad ? "bad" : "open";
 }
 
+std::string box_of(const Explanation& answer, const std::string& label) {
+  return std::string("<section class=\"answer ") + class_of(answer.tone) + "\" aria-label=\"" + label +
+         "\"><p class=\"word\">" + escaped(answer.word) + "</p>\n<p class=\"headline\">" + escaped(answer.headline) +
+         "</p>\n<p><strong>What it means:</strong> " + escaped(answer.meaning) +
+         "</p>\n<p><strong>What to do:</strong> " + escaped(answer.action) + "</p></section>\n";
+}
+
 }  // namespace
 
+/// Before everything else: what a damaged or incomplete recording cannot tell.
+std::string flaws_section(const TestReport& report) {
+  const std::vector<std::string> flaws = report.content.audit.flaws();
+  if (flaws.empty()) return "";
+  std::string text = "<section class=\"flaws\" aria-label=\"The recording\"><p><strong>The recording is ";
+  text += report.content.audit.file.is_intact() ? "not complete." : "damaged: this report shows what could be read.";
+  text += "</strong></p>\n<ul>";
+  for (std::size_t i = 0; i < std::min(flaws.size(), most_flaws); ++i) text += "<li>" + escaped(flaws[i]) + "</li>";
+  if (flaws.size() > most_flaws) text += "<li>and " + std::to_string(flaws.size() - most_flaws) + " more</li>";
+  return text + "</ul></section>\n";
+}
+
+std::string joint_section(std::span<const TestReport> components) {
+  std::string html = box_of(explain_together(components), "Verdict of the test") +
+                     "<section aria-label=\"Components\"><table><thead><tr><th scope=\"col\">Component</th>"
+                     "<th scope=\"col\">Verdict</th>" +
+                     number_head("Frames") + "</tr></thead>\n<tbody>";
+  for (const TestReport& report : components)
+    html += "<tr><td>" + escaped(report.component) + "</td><td>" + escaped(answer_text(report.state(), report.names)) +
+            "</td>" +
+            number_cell(std::to_string(report.record() == nullptr ? 0 : report.record()->answer().matched())) +
+            "</tr>\n";
+  return html + "</tbody></table></section>\n";
+}
+
 std::string answer_section(const TestReport& report) {
-  const Explanation& answer = report.explanation;
   Facts facts;
   add_fit(facts, report);
   if (report.record() != nullptr) {
@@ -124,11 +143,7 @@ std::string answer_section(const TestReport& report) {
     add_parameters(facts, report);
     add_account(facts, report);
   }
-  return flaws_of(report) + "<section class=\"answer " + class_of(answer.tone) +
-         "\" aria-label=\"Verdict\"><p class=\"word\">" + escaped(answer.word) + "</p>\n<p class=\"headline\">" +
-         escaped(answer.headline) + "</p>\n<p><strong>What it means:</strong> " + escaped(answer.meaning) +
-         "</p>\n<p><strong>What to do:</strong> " + escaped(answer.action) + "</p></section>\n" + facts.html() +
-         warnings_of(report);
+  return box_of(report.explanation, "Verdict") + facts.html() + warnings_of(report);
 }
 
 std::string tests_section(const TestReport& report) {

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace lbea::tool {
 namespace {
 
@@ -35,18 +37,23 @@ std::string start_of(const TestReport& report) {
   return report.settings().start_ns > 0 ? date_text(report.settings().start_ns) : "";
 }
 
-std::string commands_of(const TestReport& report) {
-  const std::string recording = shell_word(report.content.file.string()),
-                    model = shell_word(report.model_file.string());
+/// lbea-replay needs the models of all components.
+std::string commands_of(std::span<const TestReport> reports) {
+  const TestReport& report = reports.front();
+  const std::string recording = shell_word(report.content.file.string());
+  std::string models;
+  for (const TestReport& of : reports) models += " --model " + shell_word(of.model_file.string());
   std::string html = "<pre>" + escaped("lbea-inspect " + recording) + "\n";
-  if (report.content.audit.frames > 0)
-    html += escaped("lbea-replay " + recording + " --model " + model + " --against") + "\n";
-  return html + escaped("lbea-report " + recording + " --model " + model + " -o report.html") + "\n</pre>\n";
+  const bool has_all_models = reports.size() == std::max<std::size_t>(report.settings().components.size(), 1);
+  if (report.content.audit.frames > 0 && has_all_models)
+    html += escaped("lbea-replay " + recording + models + " --against") + "\n";
+  return html + escaped("lbea-report " + recording + models + " -o report.html") + "\n</pre>\n";
 }
 
 }  // namespace
 
-std::string origin_section(const TestReport& report) {
+std::string origin_section(std::span<const TestReport> reports) {
+  const TestReport& report = reports.front();
   const RunSettings& settings = report.settings();
   Pairs pairs;
   pairs.add("Recording", report.content.file.string());
@@ -55,15 +62,17 @@ std::string origin_section(const TestReport& report) {
   pairs.add("Recorded by", settings.program);
   pairs.add("Recorded from", start_of(report));
   pairs.add("Method", settings.method);
-  pairs.add("Model", report.model_file.string());
-  pairs.add("Its checksum", hexadecimal_text(report.model.checksum()));
-  pairs.add("Its origin", provenance_text(report.model));
+  for (const TestReport& of : reports) {
+    pairs.add("Model", of.model_file.string());
+    pairs.add("Its checksum", hexadecimal_text(of.model.checksum()));
+    pairs.add("Its origin", provenance_text(of.model));
+  }
   pairs.add("Report by", "lbea-report " LBEA_VERSION_STRING);
   return "<section aria-label=\"Origin\"><h2>Origin and reproduction</h2>\n<div class=\"scroll values\" "
          "tabindex=\"0\">" +
          pairs.html() +
          "</div>\n<p>Check the recording, repeat the match with bit-identical results, repeat this report:</p>\n" +
-         commands_of(report) + "</section>\n";
+         commands_of(reports) + "</section>\n";
 }
 
 }  // namespace lbea::tool

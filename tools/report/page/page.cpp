@@ -22,13 +22,23 @@ std::string head_of(const TestReport& report) {
          ": report of the test</title>\n<style>\n" + std::string(style) + "</style>\n</head>\n<body>\n<main>\n";
 }
 
-std::string title_of(const TestReport& report) {
+std::string models_text(std::span<const TestReport> reports) {
+  std::string text;
+  for (const TestReport& report : reports)
+    text += (text.empty() ? "" : ", ") +
+            (report.component.empty() ? "" : "Component " + escaped(report.component) + ": model ") +
+            "<span class=\"name\">" + escaped(report.model_file.filename().string()) + "</span> with " +
+            std::to_string(report.model.simulations()) + " simulations";
+  return (reports.front().component.empty() ? "Model " : "") + text;
+}
+
+std::string title_of(std::span<const TestReport> reports) {
+  const TestReport& report = reports.front();
   std::string title = "<header><h1>Report of the test <span class=\"name\">" +
                       escaped(report.content.file.filename().string()) + "</span></h1>\n<p>";
   title += report.settings().program.empty() ? "Recorded" : "Recorded by " + escaped(report.settings().program);
   if (report.settings().start_ns > 0) title += ", from " + date_text(report.settings().start_ns) + " on";
-  title += ". Model <span class=\"name\">" + escaped(report.model_file.filename().string()) + "</span> with " +
-           std::to_string(report.model.simulations()) + " simulations.</p>";
+  title += ". " + models_text(reports) + ".</p>";
   if (report.is_own_match)
     title +=
         "<p>The recording contains no results: its frames were matched for this report, with the recorded settings "
@@ -37,15 +47,41 @@ std::string title_of(const TestReport& report) {
   return title + "</header>\n";
 }
 
+/// All sections but those that are of the whole recording.
+std::string sections_of(const TestReport& report) {
+  std::string html;
+  for (const auto section :
+       {answer_section, end_section, tests_section, pictures_section, forecast_section, parameters_section,
+        channels_section, fields_section, curves_section, simulations_section, regions_section})
+    html += section(report);
+  return html;
+}
+
+/// The sections of several components have different names.
+std::string named(std::string html, const std::string& name) {
+  constexpr std::string_view label = "aria-label=\"";
+  for (std::size_t at = html.find("<section"); at != html.npos; at = html.find("<section", at + 1))
+    html.insert(html.find(label, at) + label.size(), name + ": ");
+  return html;
+}
+
+std::string article_of(const TestReport& report) {
+  const std::string name = escaped(report.component);
+  return "<article aria-label=\"" + name + "\"><h1>Component " + name + "</h1>\n" + named(sections_of(report), name) +
+         "</article>\n";
+}
+
 }  // namespace
 
-std::string page_of(const TestReport& report) {
-  std::string page = head_of(report) + title_of(report);
-  for (const auto section : {answer_section, end_section, tests_section, pictures_section, forecast_section,
-                             parameters_section, channels_section, fields_section, curves_section, simulations_section,
-                             regions_section, accounts_section, origin_section})
-    page += section(report);
-  return page + "</main>\n</body>\n</html>\n";
+std::string page_of(std::span<const TestReport> reports) {
+  std::string page = head_of(reports.front()) + title_of(reports) + flaws_section(reports.front());
+  if (reports.size() == 1) {
+    page += sections_of(reports.front());
+  } else {
+    page += joint_section(reports);
+    for (const TestReport& report : reports) page += article_of(report);
+  }
+  return page + accounts_section(reports) + origin_section(reports) + "</main>\n</body>\n</html>\n";
 }
 
 std::string range_text(const Model& model, std::uint32_t parameter) {

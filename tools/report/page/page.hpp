@@ -7,11 +7,14 @@
 
 namespace lbea::tool {
 
-[[nodiscard]] std::string page_of(const TestReport& report);
+/// reports: one, or one for each component.
+[[nodiscard]] std::string page_of(std::span<const TestReport> reports);
 /// The same facts for programs.
-[[nodiscard]] std::string summary_json(const TestReport& report);
+[[nodiscard]] std::string summary_json(std::span<const TestReport> reports);
 
 // The sections, in the order of the page. Empty when there is nothing to show.
+[[nodiscard]] std::string flaws_section(const TestReport& report);
+[[nodiscard]] std::string joint_section(std::span<const TestReport> components);
 [[nodiscard]] std::string answer_section(const TestReport& report);
 [[nodiscard]] std::string end_section(const TestReport& report);
 [[nodiscard]] std::string tests_section(const TestReport& report);
@@ -23,8 +26,8 @@ namespace lbea::tool {
 [[nodiscard]] std::string curves_section(const TestReport& report);
 [[nodiscard]] std::string simulations_section(const TestReport& report);
 [[nodiscard]] std::string regions_section(const TestReport& report);
-[[nodiscard]] std::string accounts_section(const TestReport& report);
-[[nodiscard]] std::string origin_section(const TestReport& report);
+[[nodiscard]] std::string accounts_section(std::span<const TestReport> reports);
+[[nodiscard]] std::string origin_section(std::span<const TestReport> reports);
 
 /// "7.5 to 12.3": the lowest and the highest value of the simulations.
 [[nodiscard]] std::string range_text(const Model& model, std::uint32_t parameter);

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cmath>
 
 namespace lbea::tool {
@@ -180,9 +181,11 @@ Json forecast_json(const TestReport& report) {
   return json;
 }
 
-}  // namespace
+Json answer_json(const Explanation& answer) {
+  return {{"word", answer.word}, {"headline", answer.headline}, {"meaning", answer.meaning}, {"action", answer.action}};
+}
 
-std::string summary_json(const TestReport& report) {
+Json summary_of(const TestReport& report) {
   const RunAudit& audit = report.content.audit;
   Json json{{"recording", report.content.file.string()},
             {"checksum", hexadecimal_text(report.content.checksum)},
@@ -195,11 +198,7 @@ std::string summary_json(const TestReport& report) {
             {"model_checksum", hexadecimal_text(report.model.checksum())},
             {"length_unit", report.length_unit()},
             {"program", "lbea-report " LBEA_VERSION_STRING},
-            {"answer",
-             {{"word", report.explanation.word},
-              {"headline", report.explanation.headline},
-              {"meaning", report.explanation.meaning},
-              {"action", report.explanation.action}}},
+            {"answer", answer_json(report.explanation)},
             {"frame_misfit_limit", number(report.frame_limit)},
             {"test_misfit_limit", number(report.test_limit)},
             {"warnings", report.warnings},
@@ -215,6 +214,32 @@ std::string summary_json(const TestReport& report) {
             {"frames", frames_json(report)},
             {"regions", regions_json(report)}};
   for (const RecordedTest& test : report.content.tests) json["tests"].push_back(test_json(report, test));
+  if (!report.component.empty()) json["component"] = report.component;
+  return json;
+}
+
+/// What is of the whole recording once, the rest for each component.
+Json joint_summary(std::span<const TestReport> components) {
+  constexpr std::array<const char*, 9> shared{"recording",   "checksum", "intact",  "complete", "flaws",
+                                              "recorded_by", "method",   "program", "accounts"};
+  Json joint, list = Json::array();
+  for (const TestReport& report : components) {
+    Json summary = summary_of(report);
+    for (const char* key : shared) {
+      joint[key] = summary[key];
+      summary.erase(key);
+    }
+    list.push_back(std::move(summary));
+  }
+  joint["answer"] = answer_json(explain_together(components));
+  joint["components"] = std::move(list);
+  return joint;
+}
+
+}  // namespace
+
+std::string summary_json(std::span<const TestReport> reports) {
+  const Json json = reports.size() == 1 ? summary_of(reports.front()) : joint_summary(reports);
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

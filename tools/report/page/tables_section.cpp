@@ -71,7 +71,8 @@ std::string simulations_section(const TestReport& report) {
   return html + "</tbody></table></div></section>\n";
 }
 
-std::string accounts_section(const TestReport& report) {
+std::string accounts_section(std::span<const TestReport> reports) {
+  const TestReport& report = reports.front();
   const wire::Counters& counters = report.accounts.counters;
   const RunAudit& audit = report.content.audit;
   AccountTable table;
@@ -97,8 +98,10 @@ std::string accounts_section(const TestReport& report) {
   if (audit.missing() > 0) html += "; " + std::to_string(audit.missing()) + " captures are missing";
   if (audit.unanswered > 0) html += "; " + std::to_string(audit.unanswered) + " frames have no result";
   html += ".</p>\n";
-  if (report.record() != nullptr)
-    html += "<p>Verdicts of the frames of this test: " + escaped(verdict_counts(*report.record())) + ".</p>\n";
+  for (const TestReport& of : reports)
+    if (of.record() != nullptr)
+      html += "<p>Verdicts of the frames of this test" + (reports.size() > 1 ? ", " + escaped(of.component) : "") +
+              ": " + escaped(verdict_counts(*of.record())) + ".</p>\n";
   return html + "</section>\n";
 }
 
