@@ -225,5 +225,5 @@ TEST_CASE("what does not work with several components is refused in a sentence t
   const std::string two = LBEA_MODEL " " LBEA_OTHER_MODEL;
   CHECK(contains(refusal(LBEA_MODEL " " LBEA_MODEL " --frames ipc://a"), "is also named rail"));
   CHECK(contains(refusal(two + " --frames a=ipc://a --frames b=ipc://b"), "several --frames takes one model"));
-  CHECK(contains(refusal(two + " --frames ipc://a --matchers 2"), "--matchers takes one model"));
+  CHECK(contains(refusal(two + " --frames ipc://a --matchers 2"), "on a thread per component; omit it"));
 }

@@ -79,14 +79,14 @@ void require_joint_settings(const ServeOptions& options) {
 void require_settings_of_components(const ServeOptions& options) {
   if (!options.has_several_components()) return;
   static_cast<void>(component_names(options.model_files));
-  const auto refuse = [](bool is_given, const std::string& option) {
-    if (is_given)
-      throw WrongUsage(option +
-                       " takes one model: it does not work with several components yet; omit it, or give one "
-                       "model");
-  };
-  refuse(options.has_several_rigs(), "several --frames");
-  refuse(options.pipeline.matchers > 1, "--matchers");
+  if (options.has_several_rigs())
+    throw WrongUsage(
+        "several --frames takes one model: they do not work with several components yet; give one --frames, or one "
+        "model");
+  if (options.pipeline.matchers > 1)
+    throw WrongUsage(
+        "--matchers takes one model: each frame is matched with several models side by side, on a thread per "
+        "component; omit it");
 }
 
 void add_operation_options(Tool& tool, ServeOptions& options) {
