@@ -234,6 +234,41 @@ TEST_CASE("a part that leaves the space of the simulations gives a warning") {
   CHECK(contains(answer.warning(), "near no simulation, 50 % of the component's"));
 }
 
+TEST_CASE("of several components, only the one warns that has lost the points") {
+  TestAnswer hood, fender;
+  const auto add = [](TestAnswer& answer, const char* component, std::uint32_t used, std::uint32_t near_none) {
+    WireResult result = frame(WireVerdict::matched, {{2, 1.0f}});
+    result.component = component;
+    result.points = {.received = 60'000, .culled = 60'000 - used, .used = used};
+    result.points_near_none = near_none;
+    answer.add(result);
+  };
+  add(hood, "hood", 40'000, 10'000);
+  add(fender, "fender", 10'000, 10'000);
+  // Points of the fender move out of the hood's space, into the fender's.
+  add(hood, "hood", 25'000, 10'000);
+  add(fender, "fender", 25'000, 10'000);
+  CHECK(hood.warning().empty());
+  CHECK(fender.warning().empty());
+  // The hood is hidden, and there are sparks.
+  add(hood, "hood", 10'000, 15'000);
+  add(fender, "fender", 10'000, 15'000);
+  CHECK(hood.warning().empty());
+  CHECK(fender.warning().empty());
+  TestAnswer gone = fender;
+  add(hood, "hood", 20'000, 30'000);
+  add(fender, "fender", 10'000, 30'000);
+  CHECK(contains(hood.warning(), "near no simulation, 50 % of the component's"));
+  CHECK(fender.warning().empty());
+  WireResult empty = frame(WireVerdict::refused, {{2, 1.0f}});
+  empty.status = WireStatus::empty_frame;
+  empty.component = "fender";
+  empty.points = {.received = 60'000, .culled = 60'000, .used = 0};
+  empty.points_near_none = 20'000;
+  gone.add(empty);
+  CHECK(contains(gone.warning(), "near no simulation, 100 % of the component's"));
+}
+
 // Regression: `only method fit judges a test`.
 TEST_CASE("without results, the report says that none came") {
   const AlignedBytes bytes = bent_plates_model();

@@ -69,6 +69,7 @@ WireResult some_result() {
   result.publish_ns = 21;
   result.model_checksum = 0xffff'ffff'ffff'fff0;
   result.component = "fender";
+  result.points_near_none = 7;
   return result;
 }
 
@@ -88,6 +89,7 @@ void check_equal(const WireResult& a, const WireResult& b) {
   CHECK(a.publish_ns == b.publish_ns);
   CHECK(a.model_checksum == b.model_checksum);
   CHECK(a.component == b.component);
+  CHECK(a.points_near_none == b.points_near_none);
   CHECK(a.leading_coordinates == b.leading_coordinates);
   CHECK(have_equal_bits<FitNumbers>(a.fit, b.fit));
   CHECK(a.fit.ranks == b.fit.ranks);

@@ -228,7 +228,8 @@ struct WireResult : FrameNumbers {
   WireVerdict verdict = WireVerdict::unknown;
   std::uint32_t reference = 0;
   PointTally points;
-  std::vector<WireMatch> matches;  // nearest first
+  std::uint32_t points_near_none = 0;  // with several models: near no simulation of any component
+  std::vector<WireMatch> matches;      // nearest first
   std::array<float, 3> leading_coordinates{};
   WireFit fit;
   WireTestState test;

@@ -355,6 +355,7 @@ std::span<const std::byte> Encoder::result(const WireResult& result) {
   table.add_elapsed_ns(&times);
   table.add_matches(matches);
   table.add_points(&points);
+  table.add_points_near_none(result.points_near_none);
   add<FrameNumbers>(builder, result, frame_numbers, frame_slots);
   table.add_reference(result.reference);
   table.add_verdict(static_cast<schema::Verdict>(result.verdict));
@@ -392,6 +393,7 @@ WireStatus decode_result(std::span<const std::byte> message, WireResult& into) {
   into.channels = read(from->channels());
   read_all(from->rigs(), into.rigs);
   into.component = text(from->component());
+  into.points_near_none = from->points_near_none();
   return WireStatus::ok;
 }
 

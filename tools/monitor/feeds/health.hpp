@@ -29,7 +29,7 @@ class Health {
  public:
   using Clock = std::chrono::steady_clock;
   void add(const wire::WireResult& result, Clock::time_point now = Clock::now());
-  /// Of another component than the one that is shown.
+  /// Of another component than the first one that is shown.
   void add_other(const wire::WireResult& result);
   void add(const wire::WireState& state, Clock::time_point now = Clock::now());
   void add_unreadable() noexcept { ++unreadable_; }

@@ -40,12 +40,14 @@ void ComponentMatcher::match(const FrameSlot& slot) noexcept {
   threads_.run(results_.size(), [&](std::size_t i) { results_[i] = engine_.match(frame, i); });
   engine_.track_all(results_);
   const wire::WireStatus of_frame = status_of_all(results_);
+  const std::uint32_t points_near_none = engine_.points_near_none(frame);
   queues_.accounts[slot.rig].counters.count(of_frame);
   for (std::uint32_t i = 0; i < results_.size(); ++i) {
     Outcome& outcome = claim(slot);
     fill_outcome(outcome, results_[i]);
     fill_test(outcome, engine_.test(i), results_[i]);
     outcome.component = i;
+    outcome.result.points_near_none = points_near_none;
     if (i + 1 == results_.size()) outcome.of_frame = of_frame;
     queues_.outcomes.publish();
   }

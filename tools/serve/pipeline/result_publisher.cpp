@@ -38,6 +38,7 @@ ResultPublisher::ResultPublisher(const PipelineConfig& config, std::vector<const
       sink_(std::move(sink)),
       queues_(queues),
       undeformed_(tests_.size()),
+      departed_(tests_.size()),
       logged_clocks_ns_(config.rigs.size()),
       state_(config.description),
       channels_(tests_.size()) {}
@@ -123,7 +124,6 @@ std::uint64_t ResultPublisher::checksum_of_frames() const noexcept {
 void ResultPublisher::send_of_frame() noexcept {
   send_result();
   for (std::size_t i = 0; i < tests_.size(); ++i) note_component(i);
-  if (config_.components.empty()) note_departed_points();
   note_frame();
 }
 
@@ -155,15 +155,12 @@ void ResultPublisher::send_result() noexcept {
 
 void ResultPublisher::note_component(std::size_t component) noexcept {
   channels_[component].add(result_);
+  const std::string_view name = config_.components.empty() ? std::string_view() : config_.components[component].name;
   if (undeformed_[component].add(result_) && undeformed_[component].is_low())
-    log_.note_low_coverage(config_.components.empty() ? std::string_view() : config_.components[component].name,
-                           result_.session, result_.frame_id, result_.coverage);
-}
-
-void ResultPublisher::note_departed_points() noexcept {
-  departed_.add(result_);
-  if (departed_.are_many() && wire::fate_of(result_.status) == wire::Fate::matched)
-    log_.note_departed_points(result_.session, result_.frame_id, departed_.share());
+    log_.note_low_coverage(name, result_.session, result_.frame_id, result_.coverage);
+  DepartedPoints& departed = departed_[component];
+  if (departed.add(result_) && departed.are_many())
+    log_.note_departed_points(name, result_.session, result_.frame_id, departed.share());
 }
 
 void ResultPublisher::note_frame() noexcept {

@@ -63,7 +63,6 @@ class ResultPublisher {
   void send_of_component(const Outcome& outcome) noexcept;
   void send_result() noexcept;
   void note_component(std::size_t component) noexcept;
-  void note_departed_points() noexcept;
   void note_rig_use() noexcept;
   void note_frame() noexcept;
   void note_far_stamp() noexcept;
@@ -78,7 +77,7 @@ class ResultPublisher {
   wire::Encoder encoder_;
   FrameLog log_;
   std::vector<UndeformedCoverage> undeformed_;  // of each component
-  DepartedPoints departed_;
+  std::vector<DepartedPoints> departed_;        // of each component
   CaptureTimes times_;
   CaptureTimes::Problem noted_times_ = CaptureTimes::Problem::none;
   RigUse rig_use_;

@@ -1,4 +1,4 @@
-// Which results a program that shows one component takes in.
+// Which results concern a component that a program shows.
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"

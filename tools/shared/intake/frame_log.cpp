@@ -47,8 +47,9 @@ void FrameLog::write(const Event& event) {
       log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
                   pose_warning(event.number), line.suppressed_text());
   } else if (event.kind == Event::Kind::departed_points) {
-    if (departures_.is_due())
-      log_warning("frame {}: {}{}", event.ids.first, departure_warning(event.number), departures_.suppressed_text());
+    if (LogLine& line = departures_[event.of]; line.is_due())
+      log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
+                  departure_warning(event.number), line.suppressed_text());
   } else if (event.kind == Event::Kind::wrong_times) {
     if (wrong_times_.is_due())
       log_warning("frame {}: {}{}", event.ids.first, capture_times_warning(event.times),

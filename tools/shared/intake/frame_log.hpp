@@ -57,9 +57,9 @@ class FrameLog {
   void note_low_coverage(std::string_view component, std::uint64_t session, std::uint64_t id, float coverage) noexcept {
     push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage, component});
   }
-  /// Points of that share of the component have left the space of the simulations.
-  void note_departed_points(std::uint64_t session, std::uint64_t id, float share) noexcept {
-    push({Event::Kind::departed_points, wire::WireStatus::ok, session, {id, 1}, share});
+  /// Points of that share of the component have left the space of the simulations. component: as above.
+  void note_departed_points(std::string_view component, std::uint64_t session, std::uint64_t id, float share) noexcept {
+    push({Event::Kind::departed_points, wire::WireStatus::ok, session, {id, 1}, share, component});
   }
   /// Up to this frame, the stamps cannot be capture times of one test.
   void note_wrong_times(std::uint64_t session, std::uint64_t id, CaptureTimes::Problem problem) noexcept {
@@ -125,9 +125,9 @@ class FrameLog {
   Channel<Event> events_{1024};
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
-  std::array<LogLine, wire::wire_status_count> by_status_{};  // from here on: the writing thread's
-  std::map<std::string_view, LogLine> low_coverage_;          // by component
-  LogLine new_sessions_, refusals_, departures_, wrong_times_, far_stamps_, without_room_line_, alternations_;
+  std::array<LogLine, wire::wire_status_count> by_status_{};       // from here on: the writing thread's
+  std::map<std::string_view, LogLine> low_coverage_, departures_;  // by component
+  LogLine new_sessions_, refusals_, wrong_times_, far_stamps_, without_room_line_, alternations_;
   std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };

@@ -24,7 +24,10 @@ bool TestAnswer::add(const wire::WireResult& result) {
   const bool is_of_test = session_ == result.session && result.status != wire::WireStatus::duplicate;
   if (is_of_test && wire::fate_of(result.status) == wire::Fate::rejected) ++rejected_;
   if (has_ended_ && session_ == result.session && result.status == wire::WireStatus::duplicate) ++repeated_;
-  if (wire::fate_of(result.status) != wire::Fate::matched) return false;
+  if (wire::fate_of(result.status) != wire::Fate::matched) {
+    departed_.add(result);
+    return false;
+  }
   if (has_ended_ || (session_ && session_ != result.session)) *this = {};
   session_ = result.session;
   ++matched_;

@@ -39,12 +39,21 @@ std::optional<bool> TestDivision::begins(const wire::WireResult& result) noexcep
   return std::exchange(session_, result.session) != result.session;
 }
 
-void DepartedPoints::add(const wire::WireResult& result) noexcept {
+bool DepartedPoints::add(const wire::WireResult& result) noexcept {
   const std::optional<bool> begins = tests_.begins(result);
-  if (!begins) return;
-  if (*begins) first_ = result.points;
-  const std::uint32_t departed = result.points.culled - std::min(first_.culled, result.points.culled);
+  const bool is_gone =
+      !result.component.empty() && result.status == wire::WireStatus::empty_frame && tests_.has(result);
+  if (!begins && !is_gone) return false;
+  if (begins.value_or(false)) {
+    first_ = result.points;
+    first_near_none_ = result.points_near_none;
+  }
+  const auto rise = [](std::uint32_t from, std::uint32_t to) { return to - std::min(from, to); };
+  const std::uint32_t departed = result.component.empty() ? rise(first_.culled, result.points.culled)
+                                                          : std::min(rise(first_near_none_, result.points_near_none),
+                                                                     rise(result.points.used, first_.used));
   share_ = static_cast<float>(departed) / static_cast<float>(std::max(first_.used, 1u));
+  return true;
 }
 
 bool DepartedPoints::are_many() const noexcept { return share_ > many_departed; }

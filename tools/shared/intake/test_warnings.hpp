@@ -36,23 +36,29 @@ class TestDivision {
  public:
   /// Of a matched frame: whether it begins a test. Nothing for other results.
   std::optional<bool> begins(const wire::WireResult& result) noexcept;
+  /// Whether it belongs to the test that the latest matched frame belongs to.
+  [[nodiscard]] bool has(const wire::WireResult& result) const noexcept { return session_ == result.session; }
 
  private:
   std::optional<std::uint64_t> session_;
 };
 
 /// The points near no simulation that the first frame of the test did not have: a part that left the space of the
-/// simulations.
+/// simulations. Of one of several components, at most as many as are near no simulation of any component, and no longer
+/// near one of its own.
 class DepartedPoints {
  public:
-  void add(const wire::WireResult& result) noexcept;
-  /// In the latest matched frame, as a share of the points near some simulation in the first one.
+  /// Results of one component. Returns whether the share is that of this frame: of one with a match and, of one of
+  /// several components, of one that no longer shows it.
+  bool add(const wire::WireResult& result) noexcept;
+  /// In the latest such frame, as a share of the points near some simulation in the first one.
   [[nodiscard]] float share() const noexcept { return share_; }
   [[nodiscard]] bool are_many() const noexcept;
 
  private:
   TestDivision tests_;
   PointTally first_;
+  std::uint32_t first_near_none_ = 0;
   float share_ = 0;
 };
 

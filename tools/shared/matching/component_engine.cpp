@@ -37,8 +37,19 @@ std::string coupling_text(const std::vector<ComponentModel>& components) {
   return text;
 }
 
+namespace {
+
+std::vector<Model> models_of(const std::vector<ComponentModel>& components) {
+  std::vector<Model> models;
+  for (const ComponentModel& component : components) models.push_back(component.model);
+  return models;
+}
+
+}  // namespace
+
 ModelComponents::ModelComponents(const std::vector<ComponentModel>& components, const MatcherConfig& config,
-                                 const HistorySettings& settings) {
+                                 const HistorySettings& settings)
+    : near_none_(models_of(components), config) {
   for (const ComponentModel& component : components) {
     matchers_.emplace_back(component.model, config, component.views);
     tests_.emplace_back(component.model, config.method, component.views);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tools/shared/matching/match_engine.hpp"
+#include "tools/shared/matching/points_near_none.hpp"
 
 #include <lbea/components.hpp>
 
@@ -22,6 +23,8 @@ class ComponentEngine {
   virtual MatchResult match(const Frame& frame, std::size_t component) noexcept = 0;
   /// Adds what all components say about a frame, before the tests of the components.
   virtual void track_all(std::span<const MatchResult> results) noexcept = 0;
+  /// Of a frame that all components have matched: how many points are near no simulation of any.
+  [[nodiscard]] virtual std::uint32_t points_near_none(const Frame&) const noexcept { return 0; }
   /// The next frame is the first of another session.
   virtual void begin_test() noexcept = 0;
 };
@@ -63,10 +66,14 @@ class ModelComponents final : public ComponentEngine {
   [[nodiscard]] std::size_t components() const noexcept override { return tests_.size(); }
   [[nodiscard]] TestEngine& test(std::size_t component) noexcept override { return tests_[component]; }
   MatchResult match(const Frame& frame, std::size_t component) noexcept override {
+    near_none_.mark(component, frame.points);
     return histories_.empty() ? matchers_[component].match(frame)
                               : matchers_[component].match(frame, histories_[component]);
   }
   void track_all(std::span<const MatchResult> results) noexcept override;
+  [[nodiscard]] std::uint32_t points_near_none(const Frame& frame) const noexcept override {
+    return near_none_.count(frame.points);
+  }
   void begin_test() noexcept override;
 
  private:
@@ -75,6 +82,7 @@ class ModelComponents final : public ComponentEngine {
     ComponentTracker tracker;
     std::vector<MatchResult> results;
   };
+  PointsNearNone near_none_;
   std::vector<Matcher> matchers_;
   std::vector<TestHistory> histories_;  // none: frames are matched alone
   std::deque<ComponentTest> tests_;

@@ -41,6 +41,7 @@ bool ComponentReplay::match(const ReplayedFrame& replayed, const ResultHandler& 
     clear(outcome_);
     fill_outcome(outcome_, results_[i]);
     fill_test(outcome_, engine_.test(i), results_[i]);
+    outcome_.result.points_near_none = engine_.points_near_none(frame);
     const wire::WireResult result = result_of(i, replayed);
     if (replayed.is_wanted && goes_on) goes_on = handle(result, replayed.test);
   }
