@@ -5,6 +5,8 @@
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tests/support/synthetic_model.hpp"
 
+#include <map>
+
 namespace lbea::test {
 
 using namespace lbea::bake;
@@ -41,10 +43,14 @@ inline Ensemble similar_plates(std::uint32_t runs, std::uint32_t steps, const Pl
   return ensemble;
 }
 
+/// A copy: each is baked once, as that takes a second of processor time.
 inline AlignedBytes seen_plates_model(std::uint32_t runs = 6, std::uint32_t steps = 8, unsigned threads = 0) {
+  static std::map<std::array<std::uint32_t, 3>, AlignedBytes> baked;
+  const auto found = baked.find({runs, steps, threads});
+  if (found != baked.end()) return found->second;
   const TemporaryFolder folder;
   bake_model(similar_plates(runs, steps), bent_plates_description(), folder / "plates.lbea", with_views(threads));
-  return AlignedBytes(folder / "plates.lbea");
+  return baked.emplace(std::array{runs, steps, threads}, AlignedBytes(folder / "plates.lbea")).first->second;
 }
 
 /// What the rig sees of a plate bent by `angle`, or of any other state of its mesh.

@@ -34,15 +34,25 @@ inline std::vector<float> positions_of(const Model& model, std::uint32_t sample)
   return {positions.begin(), positions.end()};
 }
 
+/// Of the rig below and the model of seen_plates_model(); rendered once.
+inline SensorViews views_from_below(std::uint32_t runs, std::uint32_t states, const Model& model) {
+  static std::map<std::array<std::uint32_t, 2>, SensorViews> rendered;
+  const auto found = rendered.find({runs, states});
+  if (found != rendered.end()) return found->second;
+  return rendered.emplace(std::array{runs, states}, views_from(rig_below(), model)).first->second;
+}
+
 /// Six runs under two rigs.
 struct TwoRigs {
-  explicit TwoRigs(std::uint32_t states = 8, std::uint32_t runs = 6) : bytes(seen_plates_model(runs, states)) {}
+  explicit TwoRigs(std::uint32_t states = 8, std::uint32_t runs = 6)
+      : bytes(seen_plates_model(runs, states)),
+        rigs{{sensors[0].T_reference_sensor, {}},
+             {sensors[1].T_reference_sensor, views_from_below(runs, states, model)}} {}
 
   AlignedBytes bytes;
   Model model = Model::view(bytes.span());
   std::vector<StereoSensor> sensors{rig_above(), rig_below()};
-  std::vector<Rig> rigs{{sensors[0].T_reference_sensor, {}},
-                        {sensors[1].T_reference_sensor, views_from(sensors[1], model)}};
+  std::vector<Rig> rigs;
 
   [[nodiscard]] RigMatcher matcher() const {
     RigMatcher matcher(model, fit_config(), rigs);
