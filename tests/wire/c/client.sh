@@ -19,6 +19,7 @@ start() { # method, endpoint of frames, of results, further arguments
   serve --pose "$sensor" --method "$1" --frames "$2" --results "$3" "${@:4}"
 }
 serve() { # arguments
+  : >"$work/log"  # else the ready line of the server before may be found
   "$build/tools/serve/lbea-serve" "$model" --json "$@" >"$work/tally" 2>"$work/log" &
   server=$!
   for _ in $(seq 600); do
