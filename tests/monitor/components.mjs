@@ -19,12 +19,11 @@ async function checkModels(url) {
   return parts.map((part) => part.head.nodes);
 }
 
-/// A moment with both estimates, as large as the models, and one cloud.
-function checkScene({ head, arrays, parts }, nodes, frame) {
-  assert.equal(head.scene.frame, frame);
+/// A moment with both estimates of the same frame, as large as the models, and one cloud.
+function checkScene({ head, arrays, parts }, nodes) {
   assert.ok(arrays.cloud.length > 0 && arrays.cloud.length === 4 * head.scene.cloud.points);
   parts.forEach((part, i) => {
-    assert.equal(part.head.result.frame, frame, names[i]);
+    assert.equal(part.head.scene.frame, head.scene.frame, names[i]);
     assert.equal(part.arrays.estimate.length, 3 * nodes[i], names[i]);
     assert.equal(part.arrays.cloud, undefined, "the cloud is that of all");
     assert.equal(part.head.model_differs, false);
@@ -61,8 +60,9 @@ async function playLive(recording) {
   await until(() => last !== undefined, "the monitor does not send anything");
   assert.equal(await send("--rate", "50").ended, 0);
   await until(() => last.parts.every(({ head }) => head.test.complete) && rows.every(({ count }) => count === frames), "the end of the test is not shown");
-  await until(() => last.head.scene.frame === frames - 1, "the last frame is not shown");
-  checkScene(last, nodes, frames - 1);
+  await until(() => last.arrays.cloud !== undefined, "no cloud is shown");
+  checkScene(last, nodes);
+  for (const { head } of last.parts) assert.equal(head.result.frame, frames - 1);
   await until(() => last.head.health.counters.matched === frames, "each frame is counted once");
   const [first, other] = await Promise.all([0, 1].map((i) => linesOf(`/export/curves.csv?component=${i}`, watcher.url)));
   assert.deepEqual([first.length, other.length], [frames + 1, frames + 1]);
@@ -80,7 +80,11 @@ async function checkRecording(recording, answers) {
     const { head, parts } = await packetOf("/api/model", watcher.url), nodes = parts.map((part) => part.head.nodes);
     assert.deepEqual(head.components, order.map((i) => names[i]));
     assert.equal(head.recording.frames, frames);
-    for (const number of [0, frames - 1]) checkScene(await packetOf(`/api/recording/frame?number=${number}`, watcher.url), nodes, number);
+    for (const number of [0, frames - 1]) {
+      const packet = await packetOf(`/api/recording/frame?number=${number}`, watcher.url);
+      assert.deepEqual([packet.head.scene.frame, ...packet.parts.map((part) => part.head.result.frame)], [number, number, number]);
+      checkScene(packet, nodes);
+    }
     const last = await packetOf(`/api/recording/frame?number=${frames - 1}`, watcher.url);
     checkAnswers(order.map((i) => last.parts[i]), answers);
     const { session } = last.parts[0].head.test;

@@ -90,7 +90,7 @@ async function main() {
     const watcher = await watch("--results", endpoint("results"), "--frames", endpoint("preview"), "--http", "127.0.0.1:0");
     const page = await open(browser, watcher.url);
     await until(() => page.locator("#components").isVisible(), "the chooser is not shown");
-    assert.equal(await send("--rate", "20").ended, 0);
+    assert.equal(await send("--rate", "5").ended, 0);
     await until(async () => /complete/.test(await words(page, "verdict-why")), "the end of the test is not shown", 60_000);
     await until(() => page.evaluate(() => document.documentElement.dataset.frame === "20"), "the last frame is not shown");
     await checkShown(page);
