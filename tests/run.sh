@@ -35,7 +35,7 @@ build_and_test() {  # preset, target to build, then arguments for ctest
   printf '\n== %s\n' "$preset"
   cmake --preset "$preset" "${launcher[@]}" "${options[@]}" >/dev/null
   cmake --build --preset "$preset" --target "$target"
-  ctest --preset "$preset" --parallel 2 "$@"
+  ctest --preset "$preset" --parallel $((2 * $(nproc))) "$@"  # many tests wait for most of their time
 }
 
 export UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
