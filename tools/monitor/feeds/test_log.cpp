@@ -5,7 +5,6 @@
 #include "tools/shared/cli/channel_column.hpp"
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/intake/doubtful.hpp"
-#include "tools/shared/intake/log.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
