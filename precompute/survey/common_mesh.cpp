@@ -148,7 +148,9 @@ std::vector<std::uint8_t> CommonMeshBuilder::lack_elements() const {
   for (const std::vector<Unusual>& run : unusual_) {
     const bool lacks_outer = std::ranges::any_of(
         run, [&](const Unusual& u) { return kept[u.element] != 0 && usual(u.element) == Presence::always; });
-    const auto always = std::ranges::count(run, Presence::always, &Unusual::presence);  // faces between solids
+    const auto always = std::ranges::count_if(run, [&](const Unusual& u) {  // faces between solids
+      return kept[u.element] != 0 && u.presence == Presence::always;
+    });
     lack.push_back(lacks_outer || always < exposed ? 1 : 0);
   }
   return lack;

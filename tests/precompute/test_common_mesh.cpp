@@ -109,6 +109,24 @@ TEST_CASE("faces between two solids are kept where erosion exposes them in some 
   CHECK(builder.lack_elements() == std::vector<std::uint8_t>{1, 1, 0});
 }
 
+TEST_CASE("a face that some run does not have does not make up for one that another run exposes") {
+  SimulationMesh mesh = plate();
+  mesh.touching = 4;
+  auto usual = always(mesh);
+  std::fill(usual.end() - 4, usual.end(), Presence::never);
+  const auto with = [&](std::size_t element, Presence presence) {
+    auto present = usual;
+    present[element] = presence;
+    return present;
+  };
+  CommonMeshBuilder builder(mesh, "a");
+  builder.keep(with(8, Presence::always), "a");  // which b lacks
+  builder.keep(with(8, Presence::missing), "b");
+  builder.keep(with(9, Presence::always), "c");
+  CHECK(builder.finish().elements.size() == 9);
+  CHECK(builder.lack_elements() == std::vector<std::uint8_t>{1, 1, 0});
+}
+
 TEST_CASE("an element eroded in all samples is dropped, with the nodes that only it uses") {
   const SimulationMesh mesh = plate();
   CommonMeshBuilder builder(mesh, "a");
