@@ -29,6 +29,8 @@ struct SimulationMesh {
   std::size_t touching = 0;
   bool has_solver_ids = true;  // false: the file has no node ids, they count its nodes
   bool is_continued = false;   // the states have no free nodes: SurfaceContinuation was applied to them before
+  /// nodes; 1: without an undeformed position in the files, `positions` has one by its neighbors. Empty: all have one.
+  std::vector<std::uint8_t> guessed = {};
 
   [[nodiscard]] std::size_t nodes() const noexcept { return node_ids.size(); }
 };
@@ -42,6 +44,18 @@ struct SimulationMesh {
     alive[e + 1] = second && !first ? 1 : 0;
   }
   return alive;
+}
+
+/// Per node 1 when all elements that use it have eroded: it flies freely, and its position may be any number, or none.
+[[nodiscard]] inline std::vector<std::uint8_t> free_nodes(const SimulationMesh& mesh,
+                                                          const std::vector<std::uint8_t>& alive) {
+  std::vector<std::uint8_t> is_free(mesh.nodes());
+  if (std::ranges::find(alive, 0) == alive.end()) return is_free;
+  for (const bool lives : {false, true})
+    for (std::size_t e = 0; e < alive.size(); ++e)
+      if ((alive[e] != 0) == lives)
+        for (const std::uint32_t node : mesh.elements[e]) is_free[node] = lives ? 0 : 1;
+  return is_free;
 }
 
 /// A quantity per element that the run's states carry.

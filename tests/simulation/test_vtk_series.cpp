@@ -277,3 +277,32 @@ TEST_CASE("states that lack the flags of eroded elements, or hold other flags th
   check_error(refusal(state("0", "0"), nan), Status::bad_input,
               {"A2.vtk: \"EROSION_STATUS\" of element 3 is not a number"});
 }
+
+TEST_CASE("nodes of elements that are eroded in the first state have no undeformed place, and may have no number") {
+  const TemporaryFolder folder;
+  const auto without_place = [](std::string text) {
+    const std::string point = "\n2 0 0\n";
+    return text.replace(text.find(point), point.size(), "\nnan inf 1e30\n");
+  };
+  put(folder / "A1.vtk", without_place(state("0", "0", "0")));
+  put(folder / "A2.vtk", without_place(state("1", "0", "0")));
+  const auto run = open_simulation(folder / "A1.vtk");
+  const SimulationMesh& mesh = run->mesh();
+  REQUIRE(mesh.guessed.size() == mesh.nodes());
+  for (std::size_t node = 0; node < mesh.nodes(); ++node) {
+    const bool is_free = mesh.node_ids[node] == 5 || mesh.node_ids[node] == 6;
+    CHECK((mesh.guessed[node] != 0) == is_free);
+    if (is_free)  // the only neighbor with a place
+      CHECK(std::vector(&mesh.positions[3 * node], &mesh.positions[3 * node] + 3) == std::vector{1.0f, 0.0f, 0.0f});
+  }
+  SimulationState read;
+  for (const std::uint32_t step : {0u, 1u}) CHECK_NOTHROW(run->read(step, read));
+  put(folder / "A2.vtk", without_place(state("1", "nan", "0")));
+  check_error(error_of([&] { open_simulation(folder / "A1.vtk")->read(1, read); }), Status::bad_input,
+              {"A2.vtk: node 3 has a position that is not a number"});
+  put(folder / "A1.vtk", without_place(state("0", "0")));
+  check_error(error_of([&] { (void)open_simulation(folder / "A1.vtk"); }), Status::bad_input,
+              {"A1.vtk: node 5 has a position that is not a number"});
+  put(folder / "A1.vtk", state("0", "0"));
+  CHECK(open_simulation(folder / "A1.vtk")->mesh().guessed.empty());
+}

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace lbea::io::grid {
@@ -48,14 +49,53 @@ std::string counts(const Cells& cells, std::size_t points) {
   return std::to_string(points) + " points and " + std::to_string(cells.size()) + " cells";
 }
 
-void require_finite(const std::vector<float>& positions, const std::vector<std::uint32_t>& node_ids,
-                    const std::string& file) {
-  const auto bad = std::find_if(positions.begin(), positions.end(), [](float value) { return !std::isfinite(value); });
-  if (bad == positions.end()) return;
-  const auto node = static_cast<std::size_t>(bad - positions.begin()) / 3;
-  throw Error{Status::bad_input,
-              file + ": node " + std::to_string(node_ids[node]) +
-                  " has a position that is not a number; the run has diverged or the file is damaged"};
+/// Except those of free nodes.
+void require_finite(const std::vector<float>& positions, const bake::SimulationMesh& mesh,
+                    const std::vector<std::uint8_t>& alive, const std::string& file) {
+  const auto is_finite = [](float value) { return std::isfinite(value); };
+  if (std::ranges::all_of(positions, is_finite)) return;
+  const std::vector<std::uint8_t> is_free = free_nodes(mesh, alive);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (is_free[i / 3] == 0 && !is_finite(positions[i]))
+      throw Error{Status::bad_input,
+                  file + ": node " + std::to_string(mesh.node_ids[i / 3]) +
+                      " has a position that is not a number; the run has diverged or the file is damaged"};
+}
+
+/// The mean position of the neighbors in the mesh that have one. Free nodes in the order of their distance from others.
+void guess_positions(bake::SimulationMesh& mesh, std::vector<std::uint8_t> is_free) {
+  mesh.guessed = is_free;
+  for (std::size_t node = 0; node < is_free.size(); ++node)
+    if (is_free[node] != 0) std::fill_n(&mesh.positions[3 * node], 3, 0.0f);
+  struct Sum {
+    std::array<double, 3> positions{};
+    double count = 0;
+  };
+  for (std::map<std::uint32_t, Sum> next;; next.clear()) {
+    for (const bake::Quad& element : mesh.elements)
+      for (std::size_t i = 0; i < element.size(); ++i)
+        for (const std::size_t beside : {i + 1, i + 3}) {
+          const std::uint32_t node = element[i], neighbor = element[beside % element.size()];
+          if (is_free[node] == 0 || is_free[neighbor] != 0) continue;
+          Sum& sum = next[node];
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            sum.positions[axis] += double{mesh.positions[3 * std::size_t{neighbor} + axis]};
+          ++sum.count;
+        }
+    if (next.empty()) return;
+    for (const auto& [node, sum] : next) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        mesh.positions[3 * std::size_t{node} + axis] = static_cast<float>(sum.positions[axis] / sum.count);
+      is_free[node] = 0;
+    }
+  }
+}
+
+/// Of nodes with an undeformed position.
+bool have_moved(const std::vector<float>& positions, const bake::SimulationMesh& mesh) {
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (positions[i] != mesh.positions[i] && (mesh.guessed.empty() || mesh.guessed[i / 3] == 0)) return true;
+  return false;
 }
 }  // namespace
 
@@ -86,10 +126,20 @@ GridReader::GridReader(std::vector<GridState> states, ReadState read_state, Read
   unused_vector_ = displacement_vector(grid_);
   if (given_.size() == 1) find_displacements(grid_);
   sourced_ = mesh_of(grid_, name);
-  require_finite(sourced_.mesh.positions, sourced_.mesh.node_ids, name);
+  check_positions(name);
   if (states_.empty()) find_times(given_, grid_, read_time);
   sources_ = fields_of(grid_, states_.front().suffix);
   for (const FieldSource& source : sources_) fields_.push_back(source.field);
+}
+
+// The points of a file with displacements are undeformed, those of others are deformed as in its first state.
+void GridReader::check_positions(const std::string& name) {
+  bake::SimulationMesh& mesh = sourced_.mesh;
+  if (!states_.empty()) return require_finite(mesh.positions, mesh, {}, name);
+  const std::vector<std::uint8_t> alive = alive_elements(grid_, sourced_, name);
+  require_finite(mesh.positions, mesh, alive, name);
+  std::vector<std::uint8_t> is_free = free_nodes(mesh, alive);
+  if (std::ranges::find(is_free, 1) != is_free.end()) guess_positions(mesh, std::move(is_free));
 }
 
 void GridReader::find_displacements(const Grid& grid) {
@@ -190,10 +240,10 @@ void GridReader::read(std::uint32_t state, bake::SimulationState& into) {
   load(at.given);
   into.time_s = at.time;
   copy_positions(at, into.positions);
-  require_finite(into.positions, sourced_.mesh.node_ids, given_[at.given].name());
   into.alive = alive_elements(grid_, sourced_, given_[at.given].name());
+  require_finite(into.positions, sourced_.mesh, into.alive, given_[at.given].name());
   has_read_later_ = has_read_later_ || at.given > 0;
-  has_moved_ = has_moved_ || into.positions != sourced_.mesh.positions;
+  has_moved_ = has_moved_ || have_moved(into.positions, sourced_.mesh);
   into.fields.resize(sources_.size());
   for (std::size_t f = 0; f < sources_.size(); ++f)
     into.fields[f] = field_values(grid_, sourced_, sources_[f], at.suffix);

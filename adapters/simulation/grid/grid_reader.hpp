@@ -45,6 +45,7 @@ class GridReader final : public bake::SimulationReader {
     std::string suffix;  // of this state's arrays, in a file with all states
   };
   [[nodiscard]] const Place& place(std::uint32_t state) const;
+  void check_positions(const std::string& name);
   void find_displacements(const Grid& grid);
   void find_times(const std::vector<GridState>& states, const Grid& first, ReadGrid read_time);
   void join(Grid& grid) const;
