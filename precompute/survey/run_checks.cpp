@@ -40,12 +40,14 @@ T median(std::vector<T>& values) {
 }
 
 /// Medians, which a few far nodes do not move.
-Place middle_of(const std::vector<float>& positions) {
+Place middle_of(const std::vector<float>& positions, const std::vector<std::uint8_t>& is_free) {
   Place middle{};
-  std::vector<float> values(positions.size() / 3);
-  for (std::size_t axis = 0; axis < 3 && !values.empty(); ++axis) {
-    for (std::size_t node = 0; node < values.size(); ++node) values[node] = positions[3 * node + axis];
-    middle[axis] = double{median(values)};
+  std::vector<float> values;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (std::size_t node = 0; node < is_free.size(); ++node)
+      if (is_free[node] == 0) values.push_back(positions[3 * node + axis]);
+    if (!values.empty()) middle[axis] = double{median(values)};
   }
   return middle;
 }
@@ -123,12 +125,14 @@ std::string length_of(const RunSurvey& run) {
 }
 }  // namespace
 
-void NodeDistances::add(std::uint32_t step, const std::vector<float>& positions) {
-  if (first_.empty()) first_ = positions;
-  largest_.resize(positions.size() / 3);
-  const Place middle = middle_of(positions);
+void NodeDistances::add(std::uint32_t step, const std::vector<float>& positions,
+                        const std::vector<std::uint8_t>& is_free) {
+  if (first_.empty()) first_ = positions, free_at_first_ = is_free;
+  largest_.resize(is_free.size());
+  const Place middle = middle_of(positions, is_free);
   for (std::size_t node = 0; node < largest_.size(); ++node)
-    largest_[node] = std::max(largest_[node], {distance(place_of(positions, node), middle), step});
+    if (is_free[node] == 0)
+      largest_[node] = std::max(largest_[node], {distance(place_of(positions, node), middle), step});
 }
 
 void NodeDistances::refuse_far(SimulationReader& reader, const std::string& run, const std::string& unit) const {
@@ -136,7 +140,7 @@ void NodeDistances::refuse_far(SimulationReader& reader, const std::string& run,
   const std::vector<std::uint8_t> used = nodes_of_elements(mesh);
   Bounds bounds;
   for (std::size_t node = 0; node < used.size(); ++node)
-    if (used[node] != 0) bounds.add(place_of(first_, node));
+    if (used[node] != 0 && free_at_first_[node] == 0) bounds.add(place_of(first_, node));
   const double diagonal = bounds.diagonal();
   for (std::size_t node = 0; node < used.size(); ++node) {
     const auto [distance, step] = largest_[node];

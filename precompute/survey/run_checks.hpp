@@ -7,13 +7,14 @@ namespace lbea::bake {
 /// A node that moves away from all others has diverged: it would make the envelope and the basis meaningless.
 class NodeDistances {
  public:
-  /// Positions of all nodes in the next used state, continued across holes.
-  void add(std::uint32_t step, const std::vector<float>& positions);
+  /// Positions of all nodes in the next used state; free ones do not count.
+  void add(std::uint32_t step, const std::vector<float>& positions, const std::vector<std::uint8_t>& is_free);
   /// Throws Error{bad_input} when a node of an element came too far from the others.
   void refuse_far(SimulationReader& reader, const std::string& run, const std::string& unit) const;
 
  private:
   std::vector<float> first_;                               // positions in the first state
+  std::vector<std::uint8_t> free_at_first_;                // per node
   std::vector<std::pair<double, std::uint32_t>> largest_;  // per node: distance from the middle, and its state
 };
 

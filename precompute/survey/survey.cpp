@@ -2,7 +2,6 @@
 
 #include "precompute/channels/channel_history.hpp"
 #include "precompute/survey/run_checks.hpp"
-#include "precompute/survey/surface_continuation.hpp"
 #include "runtime/src/model/checksum.hpp"
 #include "runtime/src/model/model_format.hpp"
 
@@ -39,6 +38,12 @@ std::string much_eroded(const SimulationMesh& mesh, std::span<const std::uint8_t
          std::to_string(step) + "; the shape is continued from the others, leave out late states or the run";
 }
 
+void refuse_without_surface(std::span<const std::uint8_t> surface, std::uint32_t step, const std::string& run) {
+  if (!surface.empty() && std::ranges::find(surface, 1) == surface.end())
+    throw Error(Status::bad_input, "run " + run + ", state " + std::to_string(step) +
+                                       ": all elements are eroded; leave out this state and later ones");
+}
+
 bool has_number(const std::vector<float>& values) {
   return std::ranges::any_of(values, [](float value) { return std::isfinite(value); });
 }
@@ -50,23 +55,25 @@ Movement read_movement(SimulationReader& reader, const std::vector<std::uint32_t
                     std::vector<Extent>(mesh.nodes(), empty_extent),
                     std::vector<std::uint8_t>(reader.fields().size(), 0),
                     {}};
-  SurfaceContinuation continuation(mesh);
   NodeDistances distances;
   SimulationState state;
   for (const std::uint32_t step : steps) {
     stage.check();
     reader.read(step, state);
     check_state(reader, state, run, step);
-    movement.presence.add(exposed_elements(mesh, state.alive));
-    continuation.apply(state);
+    const std::vector<std::uint8_t> surface = exposed_elements(mesh, state.alive);
+    refuse_without_surface(surface, step, run);
+    movement.presence.add(surface);
     if (movement.erosion.empty()) movement.erosion = much_eroded(mesh, state.alive, step);
+    const std::vector<std::uint8_t> is_free = free_nodes(mesh, state.alive);
     for (std::size_t i = 0; i < mesh.nodes(); ++i) {
+      if (is_free[i] != 0) continue;
       const float* p = &state.positions[3 * i];
       widen(movement.extents[i], {p[0], p[1], p[2], p[0], p[1], p[2]});
     }
     for (std::size_t f = 0; f < state.fields.size(); ++f)
       movement.has_values[f] = movement.has_values[f] || has_number(state.fields[f]);
-    distances.add(step, state.positions);
+    distances.add(step, state.positions, is_free);
   }
   distances.refuse_far(reader, run, unit);
   return movement;
@@ -83,7 +90,7 @@ std::vector<Extent> in_numbering_of(const SimulationMesh& reference, const Simul
   return result;
 }
 
-/// Of a node that does not move, or that the run lacks.
+/// Of a node that does not move, that the run lacks or that is always free.
 bool is_at_one_place(const Extent& extent) {
   return extent[0] >= extent[3] && extent[1] >= extent[4] && extent[2] >= extent[5];
 }
@@ -164,11 +171,12 @@ void check_state(const SimulationReader& reader, const SimulationState& state, c
   if (!fits)
     throw Error(Status::bad_input, where + ": the state does not fit the mesh; is the file still being written?");
   // A model with larger positions would be written, but could not be opened.
-  const auto bad = std::ranges::find_if_not(state.positions, format::is_measured<float>);
-  if (bad == state.positions.end()) return;
-  const auto node = static_cast<std::size_t>(bad - state.positions.begin()) / 3;
-  throw Error(Status::bad_input, where + ": the position of node " + std::to_string(mesh.node_ids[node]) +
-                                     " is not finite or beyond 1e12; leave this state out");
+  if (std::ranges::all_of(state.positions, format::is_measured<float>)) return;
+  const std::vector<std::uint8_t> is_free = free_nodes(mesh, state.alive);
+  for (std::size_t i = 0; i < state.positions.size(); ++i)
+    if (is_free[i / 3] == 0 && !format::is_measured(state.positions[i]))
+      throw Error(Status::bad_input, where + ": the position of node " + std::to_string(mesh.node_ids[i / 3]) +
+                                         " is not finite or beyond 1e12; leave this state out");
 }
 
 std::size_t Survey::samples() const noexcept {

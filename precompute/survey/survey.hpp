@@ -41,8 +41,8 @@ struct Survey {
 [[nodiscard]] std::vector<std::uint32_t> used_steps(const StepSelection& selection, std::uint32_t states,
                                                     const std::string& run);
 
-/// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position is not finite or too
-/// large for a model.
+/// Throws Error{bad_input} when the state does not fit the reader's mesh and fields or a position, except of free
+/// nodes, is not finite or too large for a model.
 void check_state(const SimulationReader& reader, const SimulationState& state, const std::string& run,
                  std::uint32_t step);
 
@@ -61,8 +61,8 @@ struct RunHistory {
   std::vector<std::uint8_t> has_values;       // per field: some value in those steps is a number
   std::string erosion;                        // a warning, when much of the surface erodes
   std::vector<Presence> common;               // per element, in all its steps
-  std::vector<Extent> extents;  // per node: box of its positions in those steps, continued across holes; min > max when
-                                // the run lacks it
+  std::vector<Extent> extents;  // per node: box of its positions in those steps where it is not free; min > max when
+                                // there is none
 };
 
 /// Reads each used state once, one in memory at a time. Throws Error{bad_input | bad_config} naming the run, and
