@@ -75,21 +75,23 @@ class RunProjector {
         places_(projections.bases.front().vertex_nodes.size()),
         moments_(projections.bases.size()) {}
 
-  /// Writes the run's record; a step of the stage is a sample. Throws Error{bad_input} naming the run, also when a node
-  /// is outside the box.
-  void project(SimulationReader& reader, std::size_t run, WorkWriter& record, Stage& stage) {
+  /// Writes the run's record; a step of the stage is a sample. reference: the reference run's mesh, for places that the
+  /// run's own lacks; or nullptr. Throws Error{bad_input} naming the run, also when a node is outside the box.
+  void project(SimulationReader& reader, const SimulationMesh* reference, std::size_t run, WorkWriter& record,
+               Stage& stage) {
     const std::string& name = plan_.ensemble.runs[run].name;
     const RunSurvey& survey = plan_.survey.runs[run];
     const MeshMapping mapping = map_common(plan_.survey.mesh, reader.mesh(), name);
     ChannelRecorder channels(plan_.channels, mapping.nodes);
-    SurfaceContinuation continuation(reader.mesh());
+    SurfaceContinuation continuation(reader.mesh(), plan_.survey.mesh, mapping, reference);
     for (const std::uint32_t step : states_to_read(reader, survey)) {
       stage.check();
+      const bool is_sample = std::ranges::binary_search(survey.steps, step);
       reader.read(step, state_);
+      if (is_sample) check_state(reader, state_, name, step);
       continuation.apply(state_);
       if (needs_all_states()) channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name);
-      if (!std::ranges::binary_search(survey.steps, step)) continue;
-      check_state(reader, state_, name, step);
+      if (!is_sample) continue;
       if (survey.lacks_elements) find_present(reader.mesh(), mapping, step, name);
       copy_positions(mapping);
       copy_fields(mapping, survey);
@@ -97,7 +99,7 @@ class RunProjector {
       find_surface_nodes(survey);
       if (index_.build(points_, identity_transform).used != points_.size())
         throw Error(Status::bad_input, "run " + name + " changed while it was read; bake again");
-      for (std::size_t reference = 0; reference < moments_.size(); ++reference) project_onto(reference);
+      for (std::size_t part = 0; part < moments_.size(); ++part) project_onto(part);
       write_sample(record, sample_, survey);
       stage.step();
     }
@@ -266,7 +268,10 @@ class SampleMaker {
     check_unchanged(run, all_files(*reader));
     const auto box = box_of(read_survey(work_, plan_.runs[run]).extents, node_indices_);
     WorkWriter record = work_.writer(plan_.runs[run].record_name());
-    RunProjector(plan_, projections_, box).project(*reader, run, record, stage);
+    const auto reference =
+        reader->mesh().guessed.empty() ? nullptr : plan_.ensemble.runs[plan_.ensemble.reference_run].open();
+    RunProjector(plan_, projections_, box)
+        .project(*reader, reference != nullptr ? &reference->mesh() : nullptr, run, record, stage);
     check_unchanged(run, all_files(*reader));
     record.commit();
   }

@@ -73,7 +73,7 @@ class ReferenceRun {
       : name_(plan.ensemble.runs[plan.ensemble.reference_run].name),
         reader_(plan.ensemble.runs[plan.ensemble.reference_run].open()),
         mapping_(map_common(plan.survey.mesh, reader_->mesh(), name_)),
-        continuation_(reader_->mesh()),
+        continuation_(reader_->mesh(), plan.survey.mesh, mapping_),
         time_factor_(plan.description.time_factor) {
     const EnsembleDescription& description = plan.description;
     if (description.impact_step >= reader_->states())

@@ -6,7 +6,7 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 9;
+constexpr std::uint32_t work_version = 10;
 constexpr WorkName plan_name{WorkKind::plan, 8};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
@@ -177,6 +177,15 @@ void set_keys(BakePlan& plan) {
   }
 }
 
+/// Only of runs that the plan still has.
+static void keep_losses(BakePlan& plan) {
+  MeshLosses& losses = plan.survey.losses;
+  std::erase_if(losses.runs, [&](const std::string& name) {
+    return std::ranges::find(plan.ensemble.runs, name, &EnsembleRun::name) == plan.ensemble.runs.end();
+  });
+  if (losses.runs.empty()) losses.eroding = 0;
+}
+
 BakePlan without_runs(const BakePlan& plan, const std::vector<bool>& is_kept) {
   BakePlan kept = plan;
   kept.ensemble.runs.clear();
@@ -189,6 +198,7 @@ BakePlan without_runs(const BakePlan& plan, const std::vector<bool>& is_kept) {
     kept.survey.runs.push_back(plan.survey.runs[run]);
     kept.runs.push_back(plan.runs[run]);
   }
+  keep_losses(kept);
   return kept;
 }
 }  // namespace lbea::bake

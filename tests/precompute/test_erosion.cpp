@@ -1,5 +1,6 @@
 // A patch that erodes late in some runs: the model keeps it, and each sample has it or not.
 #include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/jobs/jobs.hpp"
 #include "precompute/survey/surface_continuation.hpp"
 #include "runtime/src/channels/learned_channels.hpp"
 #include "runtime/src/model/eroded_elements.hpp"
@@ -59,6 +60,16 @@ std::map<std::uint32_t, std::vector<std::uint32_t>> neighbors_in(const Simulatio
   return neighbors;
 }
 
+/// Without any other run.
+CommonMesh common_mesh_of(const SimulationMesh& mesh) {
+  return {mesh.node_ids, mesh.elements, mesh.element_ids, mesh.element_parts};
+}
+
+void continue_surface(const SimulationMesh& mesh, SimulationState& state, const SimulationMesh* reference = nullptr) {
+  const CommonMesh common = common_mesh_of(mesh);
+  SurfaceContinuation(mesh, common, map_common(common, mesh, "a"), reference).apply(state);
+}
+
 std::size_t filled_cells(const SensorViews& views, std::uint32_t sample) {
   const std::vector<float> image = views.depth_image(sample);
   return static_cast<std::size_t>(std::ranges::count_if(image, [](float depth) { return !std::isnan(depth); }));
@@ -82,7 +93,7 @@ TEST_CASE("the displacement of a free node is the mean of its neighbors', others
   SimulationState state = bent_state(mesh, 0, 1.2, 190);
   erode_patch(state);
   const std::vector<float> before = state.positions;
-  SurfaceContinuation(mesh).apply(state);
+  continue_surface(mesh, state);
   const auto neighbors = neighbors_in(mesh);
   const auto moved = [&](std::size_t node, std::size_t axis) {
     return double{state.positions[3 * node + axis]} - double{mesh.positions[3 * node + axis]};
@@ -113,12 +124,83 @@ TEST_CASE("nodes without any connection to a living one move with the mean of th
   SimulationState state = bent_state(mesh, 0, 0, 70);
   for (std::size_t i = 0; i < mesh.nodes(); ++i) state.positions[3 * i + 1] += i < nodes ? 7.0f : 500.0f;
   const std::vector<float> apart = state.positions;
-  SurfaceContinuation continuation(mesh);
+  const CommonMesh common = common_mesh_of(mesh);
+  SurfaceContinuation continuation(mesh, common, map_common(common, mesh, "a"));
   continuation.apply(state);
   CHECK(state.positions == apart);  // nothing erodes
   state.alive.back() = 0;
   continuation.apply(state);
   for (std::size_t i = 0; i < mesh.nodes(); ++i) CHECK(state.positions[3 * i + 1] == mesh.positions[3 * i + 1] + 7);
+}
+
+TEST_CASE("free nodes that the common mesh lacks stay as they are") {
+  const SimulationMesh mesh = plate_mesh();
+  SimulationState state = bent_state(mesh, 0, 1.2, 190);
+  erode_patch(state);
+  const std::vector<float> before = state.positions;
+  CommonMeshBuilder builder(mesh, "a");
+  std::vector<Presence> present(mesh.elements.size(), Presence::always);
+  const auto middle = static_cast<std::uint32_t>(patch_nodes()[4]);
+  for (std::size_t e = 0; e < present.size(); ++e)
+    if (std::ranges::find(mesh.elements[e], middle) != mesh.elements[e].end()) present[e] = Presence::missing;
+  builder.keep(present, "a");
+  const CommonMesh common = builder.finish();
+  SurfaceContinuation(mesh, common, map_common(common, mesh, "a")).apply(state);
+  for (const std::size_t node : patch_nodes())
+    CHECK((state.positions[3 * node + 2] == before[3 * node + 2]) == (node == middle));
+}
+
+TEST_CASE("positions of free nodes may be any number or none; those of others may not") {
+  const auto with = [](std::size_t node, float value) {
+    Ensemble ensemble = eroding_plates(1, steps, from);
+    ensemble.runs[1].open = [=] {
+      SyntheticSimulation plate = eroding_plate(0.5, steps, from);
+      std::vector<SimulationState> states(steps);
+      for (std::uint32_t step = 0; step < steps; ++step) plate.read(step, states[step]);
+      for (std::uint32_t step = from; step < steps; ++step) std::fill_n(&states[step].positions[3 * node], 3, value);
+      return std::make_unique<SyntheticSimulation>(plate.mesh(), states, plate.fields());
+    };
+    return ensemble;
+  };
+  const auto baked = [&](const Ensemble& ensemble) {
+    const TemporaryFolder folder;
+    bake_model(ensemble, bent_plates_description(), folder / "m.lbea", with_views());
+    return AlignedBytes(folder / "m.lbea");
+  };
+  const AlignedBytes expected_bytes = baked(eroding_plates(1, steps, from));
+  const Model expected = Model::view(expected_bytes.span());
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  for (const float value : {nan, infinity, 1e30f}) {
+    const AlignedBytes bytes = baked(with(patch_nodes()[4], value));
+    const Model model = Model::view(bytes.span());
+    for (std::uint32_t s = 0; s < model.samples(); ++s)
+      CHECK(std::ranges::equal(model.node_positions(s), expected.node_positions(s)));
+    check_error(error_of([&] { (void)baked(with(0, value)); }), Status::bad_input, {"run eroding_0, state 4", "node"});
+  }
+}
+
+TEST_CASE("undeformed places that a run lacks are the reference run's, or else continue those around") {
+  SimulationMesh mesh = plate_mesh();
+  const std::vector<float> flat = mesh.positions;
+  for (const std::size_t node : patch_nodes()) mesh.positions[3 * node + 2] += 3;  // a bead
+  SimulationMesh reference = mesh, lacking = mesh;
+  for (std::size_t i = 0; i < reference.positions.size(); i += 3) reference.positions[i] += 20;  // starts elsewhere
+  lacking.guessed.assign(mesh.nodes(), 0);
+  for (const std::size_t node : patch_nodes()) lacking.guessed[node] = 1, lacking.positions[3 * node] = 500;
+  SimulationMesh lacking_reference = reference;
+  lacking_reference.guessed = lacking.guessed;
+  const auto check = [&](const SimulationMesh* other, const std::vector<float>& places) {
+    SimulationState state = bent_state(mesh, 0, 0, 190);
+    for (std::size_t i = 1; i < state.positions.size(); i += 3) state.positions[i] += 7;
+    erode_patch(state);
+    continue_surface(lacking, state, other);
+    for (std::size_t i = 0; i < state.positions.size(); ++i)  // of up to 210 mm, rounded three times by 210 * 2^-24
+      CHECK(state.positions[i] == doctest::Approx(places[i] + (i % 3 == 1 ? 7 : 0)).scale(1).epsilon(1e-4));
+  };
+  check(&reference, mesh.positions);
+  for (const SimulationMesh* other : {static_cast<const SimulationMesh*>(nullptr), &std::as_const(lacking)})
+    check(other, flat);  // linear coordinates on a regular grid are harmonic
+  check(&lacking_reference, flat);
 }
 
 TEST_CASE("a patch that some runs lose stays in the model; samples without it say so") {
@@ -329,8 +411,14 @@ TEST_CASE("states without any element, and runs that lose more than half of them
     return ensemble;
   };
   const TemporaryFolder folder;
-  check_error(error_of([&] { bake_model(with_last(171), bent_plates_description(), folder / "m.lbea"); }),
+  const WorkFolder work(folder / "work", false);
+  check_error(error_of([&] { (void)plan_bake(work, with_last(171), bent_plates_description(), {}); }),
               Status::bad_input, {"run eroding_0, state 5: all elements are eroded"});
+  BakeOptions leaving_out;
+  leaving_out.leaves_out_broken = true;
+  const BakeSummary without = bake_model(with_last(171), bent_plates_description(), folder / "m.lbea", leaving_out);
+  CHECK(without.losses.eroding == 0);
+  CHECK(without.losses.runs.empty());
   const auto warned = [](const BakeSummary& summary) {
     return std::ranges::any_of(summary.warnings, [](const std::string& warning) {
       return contains(warning, "run eroding_0: 100 of its 171 elements are eroded in state 5");
