@@ -203,6 +203,31 @@ TEST_CASE("undeformed places that a run lacks are the reference run's, or else c
   check(&lacking_reference, flat);
 }
 
+TEST_CASE("a run that never has the patch is baked as if its files had the undeformed mesh") {
+  const auto baked = [](bool lacks_places) {
+    Ensemble ensemble = eroding_plates(1, steps, 0);
+    ensemble.runs[1].open = [=] {
+      SyntheticSimulation plate = eroding_plate(0.5, steps, 0);
+      SimulationMesh mesh = plate.mesh();
+      std::vector<SimulationState> states(steps);
+      for (std::uint32_t step = 0; step < steps; ++step) plate.read(step, states[step]);
+      if (lacks_places) mesh.guessed.assign(mesh.nodes(), 0);
+      for (const std::size_t node : patch_nodes())
+        if (lacks_places) mesh.guessed[node] = 1, std::fill_n(&mesh.positions[3 * node], 3, -40.0f);
+      return std::make_unique<SyntheticSimulation>(mesh, states, plate.fields());
+    };
+    const TemporaryFolder folder;
+    bake_model(ensemble, bent_plates_description(), folder / "m.lbea");
+    return AlignedBytes(folder / "m.lbea");
+  };
+  const AlignedBytes expected_bytes = baked(false), bytes = baked(true);
+  const Model expected = Model::view(expected_bytes.span()), model = Model::view(bytes.span());
+  REQUIRE(model.nodes() == 200);
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    for (std::size_t i = 0; i < model.node_positions(s).size(); ++i)  // rounded twice more by 190 * 2^-24
+      REQUIRE(model.node_positions(s)[i] == doctest::Approx(expected.node_positions(s)[i]).scale(1).epsilon(1e-4));
+}
+
 TEST_CASE("a patch that some runs lose stays in the model; samples without it say so") {
   const Model model = Model::view(eroding_model().span());
   CHECK(model.elements() == 171);
