@@ -452,3 +452,25 @@ TEST_CASE("states without any element, and runs that lose more than half of them
   CHECK(warned(bake_model(with_last(100), bent_plates_description(), folder / "m.lbea")));
   CHECK_FALSE(warned(bake_model(with_last(80), bent_plates_description(), folder / "m.lbea")));
 }
+
+TEST_CASE("a run that fails after the plan does not count as eroding") {
+  Ensemble ensemble = eroding_plates(1, steps, from);
+  const auto fails = std::make_shared<bool>(false);
+  ensemble.runs[1].open = [=, open = ensemble.runs[1].open] {
+    if (*fails) throw Error(Status::bad_input, "the run is gone");
+    return open();
+  };
+  BakeOptions options;
+  options.leaves_out_broken = true;
+  const TemporaryFolder folder;
+  const WorkFolder work(folder / "work", false);
+  const BakePlan plan = plan_bake(work, ensemble, bent_plates_description(), options);
+  CHECK(plan.survey.losses.runs == std::vector<std::string>{"eroding_0"});
+  CHECK(plan.survey.losses.eroding == 16);
+  *fails = true;
+  bake_shard(work, plan, {0, 1}, options);
+  const BakeSummary summary = merge_shards(work, plan, folder / "m.lbea", options);
+  REQUIRE(summary.left_out.size() == 1);
+  CHECK(summary.losses.runs.empty());
+  CHECK(summary.losses.eroding == 0);
+}
