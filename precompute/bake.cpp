@@ -1,5 +1,6 @@
 #include "precompute/bake.hpp"
 
+#include "precompute/channels/free_channel_nodes.hpp"
 #include "precompute/channels/plan_channels.hpp"
 #include "precompute/model_file/estimate.hpp"
 #include "precompute/model_file/model_writer.hpp"
@@ -21,6 +22,7 @@ BakeSummary bake_model(const Ensemble& ensemble, const EnsembleDescription& desc
   // Step 5. Cotangent stiffness L, lumped mass M; L psi = lambda M psi, the p smallest lambda, psi' M psi = I.
   solve_bases(work, plan, reference, options);
   plan_channels(plan, reference);  // the nodes of the quantities of interest
+  refuse_free_channel_nodes(work, plan);
 
   // Step 3. The nearest node of each sample for every vertex of sim_ref. Step 5. alpha = Psi' M f for f = x, y, z.
   // Then the depth image of each sample from the sensor's pose, and the envelope of all surfaces.

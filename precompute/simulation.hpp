@@ -47,10 +47,11 @@ struct SimulationMesh {
 }
 
 /// Per node 1 when all elements that use it have eroded: it flies freely, and its position may be any number, or none.
+/// No node is free when alive does not fit the mesh.
 [[nodiscard]] inline std::vector<std::uint8_t> free_nodes(const SimulationMesh& mesh,
                                                           const std::vector<std::uint8_t>& alive) {
   std::vector<std::uint8_t> is_free(mesh.nodes());
-  if (std::ranges::find(alive, 0) == alive.end()) return is_free;
+  if (alive.size() != mesh.elements.size() || std::ranges::find(alive, 0) == alive.end()) return is_free;
   for (const bool lives : {false, true})
     for (std::size_t e = 0; e < alive.size(); ++e)
       if ((alive[e] != 0) == lives)

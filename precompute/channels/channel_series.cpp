@@ -169,14 +169,19 @@ ChannelRecorder::ChannelRecorder(const std::vector<PlannedChannel>& channels, st
 }
 
 void ChannelRecorder::add(std::span<const float> positions, std::span<const std::uint32_t> node_ids, double time_s,
-                          const std::string& run) {
+                          const std::string& run, std::span<const std::uint8_t> is_free) {
   const std::string where = "run " + run + ", state " + std::to_string(times_.size()) + ": ";
   if (positions.size() != 3 * node_ids.size())
     refuse_run(where + "the state does not fit the mesh; is it still written?");
   if (!format::is_measured(time_s)) refuse_run(where + "its time is not finite, which channels need; correct it");
   times_.push_back(time_s);
-  for (std::size_t c = 0; c < channels_.size(); ++c)
-    for (std::size_t k = 0; k < channels_[c].nodes.size(); ++k) {
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const bool has_ended =
+        std::ranges::any_of(tracks_[c], [&](const Track& track) { return track.size() + 1 < times_.size(); });
+    const bool ends = !is_free.empty() && std::ranges::any_of(channels_[c].nodes, [&](std::uint32_t node) {
+      return is_free[nodes_[node]] != 0;
+    });
+    for (std::size_t k = 0; k < channels_[c].nodes.size() && !has_ended && !ends; ++k) {
       const std::uint32_t node = nodes_[channels_[c].nodes[k]];
       const auto position = positions.subspan(std::size_t{3} * node, 3);
       if (!std::ranges::all_of(position, format::is_measured<float>))
@@ -185,6 +190,7 @@ void ChannelRecorder::add(std::span<const float> positions, std::span<const std:
                    "' needs it in all states; correct the run, leave it out or remove the channel");
       tracks_[c][k].emplace_back(double{position[0]}, double{position[1]}, double{position[2]});
     }
+  }
 }
 
 void ChannelRecorder::add_fields(std::span<const std::vector<float>> fields, std::span<const std::uint8_t> present,
@@ -218,11 +224,20 @@ std::vector<float> ChannelRecorder::values(std::span<const std::uint32_t> steps,
       continue;
     }
     const std::string where = "run " + run + ", channel '" + channels_[c].name + "': ";
+    const std::size_t end = tracks_[c].front().size();
     std::vector<double> series;
     try {
-      series = channel_series(channels_[c], times_, tracks_[c]);
-    } catch (const Error& error) { refuse_run(where + error.what()); }
+      if (std::ranges::any_of(steps, [&](std::uint32_t step) { return step < end; }))
+        series = channel_series(channels_[c], std::span(times_).first(end), tracks_[c]);
+    } catch (const Error& error) {
+      refuse_run(where + error.what() +
+                 (end < times_.size() ? "; its node flies freely from state " + std::to_string(end) + " on" : ""));
+    }
     for (const std::uint32_t step : steps) {
+      if (step >= end && step < times_.size()) {
+        values.push_back(std::numeric_limits<float>::quiet_NaN());
+        continue;
+      }
       if (!format::is_measured(series.at(step)))
         refuse_run(where + "its value in state " + std::to_string(step) + " is not finite or beyond 1e12");
       values.push_back(static_cast<float>(series[step]));

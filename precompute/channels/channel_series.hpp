@@ -55,10 +55,11 @@ class ChannelRecorder {
   /// nodes: of the common mesh -> of the run's. Keeps a reference to the channels.
   ChannelRecorder(const std::vector<PlannedChannel>& channels, std::vector<std::uint32_t> nodes);
 
-  /// positions: of the run's next state, nodes x 3. node_ids: of the run, for messages.
+  /// positions: of the run's next state, nodes x 3. node_ids: of the run, for messages. is_free: per node, see
+  /// free_nodes(); a channel ends before the first state where one of its nodes is free, as if the run did.
   /// Throws Error{bad_input} naming run, state and node if a position is missing, not finite or too large.
   void add(std::span<const float> positions, std::span<const std::uint32_t> node_ids, double time_s,
-           const std::string& run);
+           const std::string& run, std::span<const std::uint8_t> is_free = {});
   /// Of the same state, when it is one of those of values(). fields: [field][element of the common mesh].
   /// Throws Error{bad_input} naming run, state, field and element if a value is not finite or too large.
   void add_fields(std::span<const std::vector<float>> fields, std::span<const std::uint8_t> present,
@@ -66,15 +67,15 @@ class ChannelRecorder {
                   std::uint32_t state, const std::string& run);
   /// Of a channel that is a history: the values at the steps of values().
   void set_history(std::size_t channel, std::vector<float> values) { of_steps_[channel] = std::move(values); }
-  /// channels x steps. steps: states, all of them added. NaN: of a field or history that was not given. Throws
-  /// Error{bad_input} naming run and channel.
+  /// channels x steps. steps: states, all of them added. NaN: of a field or history that was not given, and after the
+  /// end of a channel. Throws Error{bad_input} naming run and channel.
   [[nodiscard]] std::vector<float> values(std::span<const std::uint32_t> steps, const std::string& run) const;
 
  private:
   const std::vector<PlannedChannel>& channels_;
   std::vector<std::uint32_t> nodes_;
   std::vector<double> times_;
-  std::vector<std::vector<Track>> tracks_;    // per channel, per node
+  std::vector<std::vector<Track>> tracks_;    // per channel, per node; shorter than times_: the channel has ended
   std::vector<std::vector<float>> of_steps_;  // per channel of a field or history, per step
 };
 

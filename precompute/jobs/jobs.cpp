@@ -1,5 +1,6 @@
 #include "precompute/jobs/jobs.hpp"
 
+#include "precompute/channels/free_channel_nodes.hpp"
 #include "precompute/channels/plan_channels.hpp"
 #include "precompute/model_file/write_model.hpp"
 #include "precompute/parallel.hpp"
@@ -78,6 +79,7 @@ BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble, const Ensem
   const Reference reference = choose_reference(plan, options);
   solve_bases(work, plan, reference, options);
   plan_channels(plan, reference);
+  refuse_free_channel_nodes(work, plan);
   plan_samples(plan, options);
   write_plan(work, plan);
   return plan;

@@ -90,7 +90,9 @@ class RunProjector {
       reader.read(step, state_);
       if (is_sample) check_state(reader, state_, name, step);
       continuation.apply(state_);
-      if (needs_all_states()) channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name);
+      if (needs_all_states())
+        channels.add(state_.positions, reader.mesh().node_ids, time_s(reader, step), name,
+                     free_nodes(reader.mesh(), state_.alive));
       if (!is_sample) continue;
       if (survey.lacks_elements) find_present(reader.mesh(), mapping, step, name);
       copy_positions(mapping);

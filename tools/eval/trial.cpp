@@ -283,8 +283,8 @@ class Test {
   void judge_channels() {
     if (model_.channels() == 0) return;
     const auto read_positions = [&](std::uint32_t state, std::vector<float>& positions) {
-      read(state);
-      mesh_.positions(state_.positions, positions);
+      read_truth(state);
+      positions = truth_;
     };
     channel_judge_.emplace(model_, *reader_, settings_.time_factor, read_positions, name_);
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -32,6 +33,14 @@ std::vector<std::uint32_t> first_numbers(std::size_t count) {
   return numbers;
 }
 
+/// positions: nodes x 3.
+std::vector<std::uint8_t> nodes_without_place(std::span<const float> positions) {
+  std::vector<std::uint8_t> without(positions.size() / 3);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (std::isnan(positions[i])) without[i / 3] = 1;
+  return without;
+}
+
 /// In all states; empty: the run lacks it.
 std::vector<float> true_history(const bake::PlannedChannel& channel, bake::SimulationReader& run, double time_factor,
                                 const std::string& name) {
@@ -52,7 +61,7 @@ ChannelJudge::ChannelJudge(const Model& model, bake::SimulationReader& run, doub
   std::vector<float> positions;
   for (std::uint32_t state = 0; state < states_ && !planned.empty(); ++state) {
     read(state, positions);
-    recorder.add(positions, model.node_ids(), run.time_s(state) * time_factor, name);
+    recorder.add(positions, model.node_ids(), run.time_s(state) * time_factor, name, nodes_without_place(positions));
   }
   for (std::size_t c = 0; c < planned.size(); ++c)
     if (planned[c].kind == ChannelKind::history)

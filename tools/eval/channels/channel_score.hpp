@@ -13,14 +13,15 @@ namespace lbea::tool {
 
 /// A channel in a frame.
 struct ChannelScore {
-  double truth = 0, value = 0,
-         bound_90 = 0;  // value, bound_90: NaN without; truth: NaN of a field, and of a history that the run lacks
+  /// value, bound_90: NaN without. truth: NaN of a field, of a history that the run lacks, and from the first state on
+  /// where a node is free.
+  double truth = 0, value = 0, bound_90 = 0;
   double final_truth = 0, final_value = 0, final_bound_90 = 0;  // of the forecast; NaN without
 };
 
 class ChannelJudge {
  public:
-  /// Sets positions to those of a state, on the nodes of the model: nodes x 3.
+  /// Sets positions to those of a state, on the nodes of the model: nodes x 3; NaN: the node is free.
   using ReadPositions = std::function<void(std::uint32_t state, std::vector<float>& positions)>;
 
   /// time_factor: seconds per unit of the run's times. Throws Error{bad_input} when a channel cannot be computed from
