@@ -292,8 +292,7 @@ TEST_CASE("a pose error turns about the center by the given angle and shifts by 
   }
 }
 
-TEST_CASE(
-    "samples without a number at an element do not count; with more than half of the weight, none is the result") {
+TEST_CASE("samples without a number at an element do not count; with half of the weight, none is the result") {
   const std::vector<float> a{1, NAN, NAN, 1}, b{3, 3, NAN, NAN}, c{5, 5, 4, 4};
   const std::vector<WeightedRow> rows{{a, 0.5f}, {b, 0.25f}, {c, 0.25f}};
   std::vector<float> m, spread;
@@ -308,6 +307,39 @@ TEST_CASE(
   Inferred inferred;
   infer(std::vector<WeightedRow>{{a, -0.25f}, {b, 0.75f}, {c, 0.5f}}, rows, 1, inferred);
   CHECK(inferred.mean[1] == doctest::Approx((0.75 * 3 + 0.5 * 5) / 1.25));
+  CHECK(inferred.spread[1] == doctest::Approx(std::sqrt((0.8 * 0.8 + 1.2 * 1.2) / 2)));
+}
+
+TEST_CASE("the signs of a regression's weights do not decide whether an element is eroded") {
+  const std::vector<float> a{NAN, 1, 1, 1}, b{3, NAN, 3, 3}, c{4, 4, NAN, 4};
+  const std::vector<WeightedRow> rows{{a, 0.55f}, {b, 0.9f}, {c, -0.45f}}, plausible{{a, 0.2f}, {b, 0.4f}, {c, 0.4f}};
+  std::vector<float> m;
+  weighted_mean(rows, m);
+  // The missing value as the mean of the others by the amounts of their weights.
+  CHECK(m[0] == doctest::Approx(0.55 * (0.9 * 3 + 0.45 * 4) / 1.35 + 0.9 * 3 - 0.45 * 4));
+  CHECK(m[1] == doctest::Approx(0.55 * 1 + 0.9 * (0.55 * 1 + 0.45 * 4) / 1.0 - 0.45 * 4));
+  CHECK(m[2] == doctest::Approx(0.55 * 1 + 0.9 * 3 - 0.45 * (0.55 * 1 + 0.9 * 3) / 1.45));
+  weighted_mean(std::vector<WeightedRow>{{a, 1.5f}, {b, -1.0f}, {c, 0.5f}}, m);
+  CHECK(std::isnan(m[0]));  // exactly half of the amounts
+  Inferred inferred;
+  infer(rows, plausible, 1, inferred);
+  for (std::size_t i = 0; i < 4; ++i) CHECK(std::isfinite(inferred.mean[i]) == std::isfinite(inferred.spread[i]));
+  CHECK(std::isfinite(inferred.mean[0]));
+}
+
+TEST_CASE("an inferred element has a mean and a spread, or neither") {
+  const std::vector<float> a{1, NAN, NAN}, b{3, 3, NAN}, c{5, NAN, 5};
+  const std::vector<WeightedRow> b_and_c{{b, 0.75f}, {c, 0.25f}}, most_a{{a, 0.875f}, {b, 0.125f}}, only_a{{a, 1.0f}};
+  Inferred inferred;
+  infer(b_and_c, most_a, 1, inferred);
+  CHECK(inferred.mean[1] == 3);
+  CHECK(inferred.spread[1] == 0);  // of the plausible samples that have the element
+  CHECK(std::isnan(inferred.mean[2]));
+  CHECK(std::isnan(inferred.spread[2]));
+  infer(b_and_c, only_a, 1, inferred);
+  CHECK(std::isnan(inferred.mean[1]));
+  CHECK(std::isnan(inferred.spread[1]));
+  CHECK(inferred.mean[0] == 3.5f);
 }
 
 TEST_CASE("weighted mean and spread by their formulas") {

@@ -12,8 +12,9 @@
 namespace lbea {
 
 /// A field, or the node positions, of the estimate, and their spread over the plausible samples. Samples in which an
-/// element is eroded, where the field is not a number, do not count; with more than half of the weight in them, nor is
-/// the result. An object that is kept from frame to frame reuses its memory.
+/// element is eroded, where the field is not a number, do not count; with half of the estimate's weight in them, or
+/// without a plausible sample that has the element, mean, spread and bound are NaN there. An object that is kept from
+/// frame to frame reuses its memory.
 struct Inferred {
   std::vector<float> mean;      // as Model::field_values(), Model::node_positions()
   std::vector<float> spread;    // per element or node: standard deviation of the plausible samples about `mean`

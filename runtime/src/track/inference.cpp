@@ -28,18 +28,24 @@ Rows rows_of(const Model& model, std::span<const WeightedSample> samples, const 
   return result;
 }
 
-/// Of the rows whose value is a number, as that of an eroded element is not: the mean of the values, or of their
-/// squared distances from `about`. Not a number unless those rows have more than half of the weight.
-float mean_of_numbers(std::span<const WeightedRow> rows, std::size_t i, const float* about) {
-  float sum = 0, all = 0, of_numbers = 0;
+/// Of the values, or their squared distances from `about`: a value that is not a number, as that of an eroded element,
+/// counts as the mean of the others by the amounts of their weights, which regression makes negative for some. Not a
+/// number unless the others have more than this share of the amounts.
+float mean_of_numbers(std::span<const WeightedRow> rows, std::size_t i, const float* about, float share) {
+  float sum = 0, amounts = 0, others = 0, all = 0, lost = 0;
   for (const WeightedRow& row : rows) {
-    const float value = row.values[i];
-    all += row.weight;
-    if (std::isnan(value)) continue;
-    of_numbers += row.weight;
-    sum += row.weight * (about == nullptr ? value : square<float>(value - *about));
+    const float value = row.values[i], amount = std::abs(row.weight);
+    all += amount;
+    if (std::isnan(value)) {
+      lost += row.weight;
+      continue;
+    }
+    const float term = about == nullptr ? value : square<float>(value - *about);
+    sum += row.weight * term;
+    amounts += amount * term;
+    others += amount;
   }
-  return of_numbers > all / 2 ? sum / of_numbers : std::numeric_limits<float>::quiet_NaN();
+  return others > share * all ? sum + lost * amounts / others : std::numeric_limits<float>::quiet_NaN();
 }
 
 /// Limits each value to the range of the rows: an extrapolated strain, for example, could be negative.
@@ -86,7 +92,7 @@ void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into) 
   for (const WeightedRow& row : rows)
     for (std::size_t i = 0; i < into.size(); ++i) into[i] += row.weight * row.values[i];
   for (std::size_t i = 0; i < into.size(); ++i)
-    if (std::isnan(into[i])) into[i] = mean_of_numbers(rows, i, nullptr);
+    if (std::isnan(into[i])) into[i] = mean_of_numbers(rows, i, nullptr, 0.5f);
 }
 
 void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
@@ -101,7 +107,7 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
     }
   }
   for (std::size_t i = 0; i < into.size(); ++i)
-    into[i] = std::sqrt(components == 1 && std::isnan(into[i]) ? mean_of_numbers(rows, i, &about[i])
+    into[i] = std::sqrt(components == 1 && std::isnan(into[i]) ? mean_of_numbers(rows, i, &about[i], 0)
                         : all > 0                              ? into[i] / all
                                                                : 0);
 }
@@ -112,6 +118,8 @@ void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> p
   if (components == 1 && std::ranges::any_of(estimate, [](const WeightedRow& row) { return row.weight < 0; }))
     keep_within(estimate, into.mean);
   weighted_spread(plausible, into.mean, components, into.spread);
+  for (std::size_t i = 0; components == 1 && i < into.mean.size(); ++i)
+    if (std::isnan(into.spread[i])) into.mean[i] = into.spread[i];
   into.bound_90.clear();
 }
 

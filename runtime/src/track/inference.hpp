@@ -14,16 +14,17 @@ struct WeightedRow {
 };
 
 /// into[i] = sum of weight * values[i]. Rows have the same length, and weights that add up to 1. Values that are not
-/// numbers do not count; with more than half of the weight in them, nor is the result.
+/// numbers do not count; with half of the weights' amounts in them, nor is the result.
 void weighted_mean(std::span<const WeightedRow> rows, std::vector<float>& into);
 
 /// into[i] = sqrt(sum of weight * |values[i] - about[i]|^2 / sum of weight), per group of `components` values: the
 /// standard deviation of the rows about a value that need not be their mean. Of single values, those that are not
-/// numbers do not count, as above.
+/// numbers do not count; without others, nor is the result.
 void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> about, std::size_t components,
                      std::vector<float>& into);
 
-/// Mean and spread; bound_90 becomes empty. A field's (components = 1) mean is limited to the range of the rows.
+/// Mean and spread, of a field both numbers or neither; bound_90 becomes empty. A field's (components = 1) mean is
+/// limited to the range of the rows.
 void infer(std::span<const WeightedRow> estimate, std::span<const WeightedRow> plausible, std::size_t components,
            Inferred& into);
 

@@ -75,8 +75,8 @@ std::vector<std::uint8_t> present_in(const Model& model, const Shape& shape) {
   std::vector<float> weights(model.elements());
   for (const auto& [sample, weight] : shape) {
     const std::vector<std::uint8_t> present = present_elements(model, model.sample_index(sample));
-    all += weight;
-    for (std::size_t e = 0; e < weights.size(); ++e) weights[e] += present[e] != 0 ? weight : 0;
+    all += std::abs(weight);
+    for (std::size_t e = 0; e < weights.size(); ++e) weights[e] += present[e] != 0 ? std::abs(weight) : 0;
   }
   std::vector<std::uint8_t> present(weights.size());
   std::ranges::transform(weights, present.begin(), [&](float weight) { return weight > all / 2 ? 1 : 0; });
