@@ -7,6 +7,7 @@
 #include <lbea/lbea.hpp>
 
 #include <functional>
+#include <memory>
 #include <optional>
 
 namespace lbea::bake {
@@ -109,9 +110,10 @@ struct EnsembleRun {
   std::string name;
   std::vector<double> parameters;  // in the order of Ensemble::parameter_names; NaN: not given
   std::function<std::unique_ptr<SimulationReader>()> open;
-  std::string source = {};            // how another process opens it, for example a path; empty: it cannot
-  std::vector<InputFile> files = {};  // its files, when they are known: they are not hashed again
-  std::size_t rounded_elements = 0;   // elements over which its fields were already rounded to 16 bits; 0: not rounded
+  std::string source = {};                      // how another process opens it, for example a path; empty: it cannot
+  std::vector<InputFile> files = {};            // its files, when they are known: they are not hashed again
+  std::shared_ptr<const EnsembleRun> own = {};  // of a run that is opened from a finished model: from its own files
+  std::size_t rounded_elements = 0;  // elements over which its fields were already rounded to 16 bits; 0: not rounded
 };
 
 struct Ensemble {

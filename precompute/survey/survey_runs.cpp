@@ -3,6 +3,7 @@
 #include "precompute/mapping/mapped_run.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/survey/envelope.hpp"
+#include "precompute/survey/model_runs.hpp"
 #include "precompute/work/bake_plan.hpp"
 
 #include <map>
@@ -163,7 +164,15 @@ BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const Ens
   std::iota(all.begin(), all.end(), std::size_t{0});
   plan.runs = read_runs(work, plan.ensemble, description, *reference, all, options);
   collect(work, plan, *reference, options);
-  check_rounded(ensemble, plan.survey);
+  if (model_lacks_elements(work, plan, reference->mesh())) {
+    plan.ensemble = with_one_mesh(from_own_files(ensemble), description);
+    plan.runs = read_runs(work, plan.ensemble, description, *reference, all, options);
+    collect(work, plan, *reference, options);
+    plan.survey.warnings.emplace_back(
+        "the earlier model lacks elements that the component has with the new runs; all runs were read from their "
+        "files");
+  }
+  check_rounded(plan.ensemble, plan.survey);
   (void)EnvelopeBuilder(plan.survey.min, plan.survey.max, description.margin());  // throws if the margin is bad
   plan.reading_seconds = seconds_since(begin);
   return plan;

@@ -103,6 +103,23 @@ TEST_CASE("the faces of a solid that erodes were left out without a word, and no
   CHECK_MESSAGE(from.exit_code == 0, from.err);
   CHECK(text_of(folder / "from.lbea") == text_of(folder / "full.lbea"));
 
+  // A model without the faces that a new run exposes.
+  put(folder / "plain/B1.vtk", block(-1));
+  put(folder / "plain/B2.vtk", block(-1));
+  put(folder / "old.toml", "runs = ['whole', 'plain']\nfields = []\nmodes = 10\n");
+  put(folder / "new.toml", "runs = ['whole', 'plain', 'eroding']\nfields = []\nmodes = 10\n");
+  CHECK(lbea_bake(folder, "old.toml -o old.lbea").exit_code == 0);
+  CHECK(lbea_bake(folder, "new.toml -o new.lbea").exit_code == 0);
+  const Outcome more = lbea_bake(folder, "new.toml --from old.lbea -o more.lbea");
+  CHECK_MESSAGE(more.exit_code == 0, more.err);
+  CHECK(contains(more.out + more.err, "the earlier model lacks elements"));
+  CHECK(text_of(folder / "more.lbea") == text_of(folder / "new.lbea"));
+  CHECK(lbea_bake(folder, "survey new.toml --from old.lbea --work more --index 0 --of 1").exit_code == 0);
+  CHECK(lbea_bake(folder, "plan new.toml --from old.lbea --work more -o steps.lbea").exit_code == 0);
+  CHECK(lbea_bake(folder, "shard --work more --index 0 --of 1").exit_code == 0);
+  CHECK(lbea_bake(folder, "merge --work more").exit_code == 0);
+  CHECK(text_of(folder / "steps.lbea") == text_of(folder / "new.lbea"));
+
   put(folder / "eroding/B2.vtk", block(corner));
   const Outcome outcome = lbea_bake(folder, "e.toml -o m.lbea");
   CHECK(contains(outcome.out, "eroding        3 of 54 elements in some samples of 1 runs (eroding)"));

@@ -171,6 +171,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
     } catch (const Error&) {
       continue;  // reported when the run is surveyed
     }
+    run.own = std::make_shared<const bake::EnsembleRun>(run);
     run.files = known.at(run.name);
     run.rounded_elements = has_rounded_fields(model) ? model.elements() : 0;
     run.source = source_of(*simulation, description.time_factor, place);

@@ -9,7 +9,8 @@
 namespace lbea::tool {
 
 /// The runs that `file` holds, by name and by names and sizes of their files, are opened from it; the reference run is
-/// read itself. Throws Model::open()'s errors, and Error{bad_config} when length units or time factors do not fit.
+/// read itself. The survey goes back to the runs' own files when `file` lacks elements that they have and others show.
+/// Throws Model::open()'s errors, and Error{bad_config} when length units or time factors do not fit.
 void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& description,
                      const std::filesystem::path& file);
 
