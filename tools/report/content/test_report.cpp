@@ -1,6 +1,7 @@
 #include "tools/report/content/test_report.hpp"
 
 #include "adapters/rig/sensor_json.hpp"
+#include "tools/report/content/lost_elements.hpp"
 #include "tools/report/content/own_match.hpp"
 #include "tools/shared/matching/named_models.hpp"
 #include "tools/shared/matching/views.hpp"
@@ -136,6 +137,11 @@ void explain(TestReport& report) {
   facts.method = audit.settings.method.empty() ? "an unknown method" : audit.settings.method;
   facts.test_limit = report.test_limit;
   report.explanation = explain(facts);
+  if (facts.record != nullptr && facts.record->latest() && !facts.record->latest()->matches.empty()) {
+    const std::uint32_t simulation = facts.record->latest()->matches.front().sample.simulation;
+    if (const std::string lost = lost_elements_sentence(report.model, simulation); !lost.empty())
+      report.explanation.meaning += " " + lost;
+  }
   if (facts.record != nullptr) report.warnings = facts.record->answer().warnings();
   if (audit.counters && audit.counters->interleaved > 0)
     report.warnings.push_back("the frames of different senders alternate: they are not one test");
