@@ -243,6 +243,19 @@ TEST_CASE("a patch that some runs lose stays in the model; samples without it sa
   }
 }
 
+TEST_CASE("elements that all of some samples have are those that none of them lacks") {
+  const Model model = Model::view(eroding_model().span());
+  const std::uint32_t whole = model.sample_index({0, steps - 1}), eroding = model.sample_index({1, steps - 1});
+  for (const std::vector<std::uint32_t>& samples :
+       std::vector<std::vector<std::uint32_t>>{{whole}, {whole, eroding}, {eroding, whole}, {}}) {
+    const std::vector<std::uint8_t> present = present_in_all(model, samples);
+    const bool has_eroding = std::ranges::find(samples, eroding) != samples.end();
+    REQUIRE(present.size() == model.elements());
+    for (std::size_t e = 0; e < model.elements(); ++e)
+      REQUIRE((present[e] == 0) == (has_eroding && is_in(patch_elements(), e)));
+  }
+}
+
 TEST_CASE("free nodes that fly 1 m away move neither positions, envelope nor coefficients") {
   const Model model = Model::view(eroding_model().span());
   const auto plane = static_cast<std::size_t>(format::padded(model.modes()));

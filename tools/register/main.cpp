@@ -69,9 +69,13 @@ Undeformed undeformed_component(const Model& model, double least_variation) {
   double earliest = std::numeric_limits<double>::infinity();
   for (std::uint32_t s = 0; s < model.samples(); ++s) earliest = std::min(earliest, model.sample_time_s(s));
   std::vector<std::span<const float>> shapes;
+  std::vector<std::uint32_t> samples;
   for (std::uint32_t s = 0; s < model.samples(); ++s)
-    if (model.sample_time_s(s) <= earliest) shapes.push_back(model.node_positions(s));
-  const std::vector<std::uint8_t> present = present_elements(model, 0);
+    if (model.sample_time_s(s) <= earliest) {
+      samples.push_back(s);
+      shapes.push_back(model.node_positions(s));
+    }
+  const std::vector<std::uint8_t> present = present_in_all(model, samples);
   Undeformed component{bake::shape_modes(shapes, least_variation), {}};
   component.elements.resize(model.elements());
   for (std::size_t i = 0; i < model.element_nodes().size(); ++i)

@@ -25,4 +25,16 @@ inline void unpack_eroded(std::span<const std::uint32_t> words, std::span<std::u
   return present;
 }
 
+/// Per element 1, or 0 where one of the samples lacks it; empty when no sample of the model lacks elements.
+[[nodiscard]] inline std::vector<std::uint8_t> present_in_all(const Model& model,
+                                                              std::span<const std::uint32_t> samples) {
+  std::vector<std::uint8_t> all(model.view().eroded.empty() ? 0 : model.elements(), 1);
+  for (const std::uint32_t sample : samples) {
+    const std::vector<std::uint8_t> present = present_elements(model, sample);
+    for (std::size_t e = 0; e < present.size(); ++e)
+      if (present[e] == 0) all[e] = 0;
+  }
+  return all;
+}
+
 }  // namespace lbea
