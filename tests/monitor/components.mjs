@@ -1,11 +1,13 @@
 // Several components, live and of a recording: what the page receives of each. lbea-replay matches the recording again, as oracle.
 //   node --experimental-websocket components.mjs BUILD_DIR MODEL FRAMES_DIR SENSOR_JSON OUT_DIR OTHER_MODEL
 import assert from "node:assert/strict";
+import { copyFileSync } from "node:fs";
 import { basename, join } from "node:path";
 import { endpoint, model, otherModel, run, send, serveComponents, sockets, start, stop, until, watch } from "./browser_support.mjs";
 
 const page = "../../tools/monitor/page";
 const { headlineOf } = await import(`${page}/panels.js`), { readPacket } = await import(`${page}/connection.js`), { Rows } = await import(`${page}/rows.js`);
+const anotherModel = join(process.argv[2], "tests/mcap/rail.lbea");  // of the same runs
 const models = [model, otherModel], names = models.map((file) => basename(file, ".lbea")), frames = 21;
 
 const packetOf = async (address, url) => readPacket(await (await fetch(new URL(address, url))).arrayBuffer());
@@ -68,7 +70,13 @@ async function playLive(recording) {
   assert.deepEqual([first.length, other.length], [frames + 1, frames + 1]);
   assert.notDeepEqual(first, other);
   assert.deepEqual(await linesOf("/export/curves.csv", watcher.url), first);
-  assert.equal((await fetch(new URL("/export/mesh.vtu?component=2&shape=0:0:1", watcher.url))).status, 404);
+  for (const file of ["mesh.vtu", "curves.csv"]) {
+    const missing = await fetch(new URL(`/export/${file}?component=2&shape=0:0:1`, watcher.url));
+    assert.equal(missing.status, 404);
+    assert.match(await missing.text(), /^component= needs one of the components/);
+    const saved = await fetch(new URL(`/export/${file}?component=1&shape=0:0:1`, watcher.url));
+    assert.equal(saved.headers.get("content-disposition"), `attachment; filename="${names[1]}-${file}"`);
+  }
   socket.close();
   for (const program of [watcher, server]) await stop(program);
   return last.parts;
@@ -95,6 +103,12 @@ async function checkRecording(recording, answers) {
     }
     await stop(watcher);
   }
+  // Regression: a replaced model was shown as a component without frames.
+  const replaced = join(sockets, `${names[0]}.lbea`);
+  copyFileSync(anotherModel, replaced);
+  const refused = start("lbea-monitor", recording, "--http", "127.0.0.1:0", "--model", replaced, "--model", models[1]);
+  assert.equal(await refused.ended, 1, refused.said);
+  assert.match(refused.said, /is not a model that the frames of .* were matched with/);
   // One model shows its component, as when the recording had no other.
   const watcher = await watch(recording, "--http", "127.0.0.1:0", "--model", models[1]);
   const { head, parts } = await packetOf(`/api/recording/frame?number=${frames - 1}`, watcher.url);

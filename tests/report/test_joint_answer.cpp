@@ -41,6 +41,11 @@ TEST_CASE("a test is explained when each component is; its verdict is the worst 
   CHECK(same.headline == "All components follow plate_1 (100 %).");
   CHECK(own.tone == Tone::good);
   CHECK(own.headline == "Each component follows its own simulation: hood plate_1 (100 %); door plate_2 (100 %).");
+  // Regression: the verdict of the test was without doubt where the page of lbea-monitor showed a warning.
+  TestReport doubtful = door;
+  doubtful.warnings = {"the pose is wrong"};
+  CHECK(own.action.find("First read the warnings") == std::string::npos);
+  CHECK(together({hood, doubtful}).action.find("First read the warnings of door below") == 0);
   const Explanation undecided = together({hood, open}), none = together({bad, open, hood});
   CHECK(undecided.tone == Tone::open);
   CHECK(undecided.headline == "hood: A simulation fits; roof: Several simulations fit.");

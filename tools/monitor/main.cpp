@@ -105,13 +105,28 @@ std::vector<NamedModel> models_of_recording(const std::string& recording) {
   return {{"", settings.model_file, open_model(settings.model_file, settings.model_checksum)}};
 }
 
+/// Of several components, a model that none was matched with would look like one without frames.
+std::vector<NamedModel> models_for(const Options& options) {
+  if (options.model_files.empty()) return models_of_recording(options.recording_file);
+  std::vector<NamedModel> models = open_models(options.model_files);
+  const RunSettings settings = RecordedRun(options.recording_file).settings();
+  for (const NamedModel& named : models) {
+    const auto is_this = [&](const ComponentSettings& recorded) {
+      return recorded.model_checksum == named.model.checksum();
+    };
+    if (!settings.components.empty() && std::ranges::none_of(settings.components, is_this))
+      throw Error(Status::bad_config, named.file + ": is not a model that the frames of " + options.recording_file +
+                                          " were matched with; see lbea-inspect");
+  }
+  return models;
+}
+
 void wait_for_stop() {
   while (stop_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 int watch_recording(const Options& options) {
-  const auto models =
-      options.model_files.empty() ? models_of_recording(options.recording_file) : open_models(options.model_files);
+  const auto models = models_for(options);
   const auto feed = make_recording_feed(options.recording_file, models);
   const WebServer server(options.web, *feed);
   log_info("ready: {} ({} frames)", server.url(), feed->frames());

@@ -178,7 +178,8 @@ std::vector<ComponentModel> open_components(const std::vector<ComponentSettings>
     if (found == given.end()) continue;
     ordered.push_back(*found);
     if (ordered.size() > 1 && component.model_checksum != found->model.checksum())
-      log_info("component {} was matched with another model ({})", component.name, component.model_file);
+      log_warning("component {} was matched with another model than the one given (then {})", component.name,
+                  component.model_file);
   }
   if (ordered.size() != recorded.size() || ordered.size() != given.size())
     throw Error(Status::bad_config, options.settings.recording + ": was matched with " +

@@ -35,8 +35,9 @@ class Feed {
           {{"Content-Disposition", "attachment; filename=\"" + file_name + "\""}}};
 }
 /// The curves of a test as CSV.
-[[nodiscard]] inline http::Response curves_response(const TestLog& log, std::span<const std::string> simulation_names) {
-  return file_response("text/csv; charset=utf-8", to_csv(log, simulation_names), "curves.csv");
+[[nodiscard]] inline http::Response curves_response(const TestLog& log, std::span<const std::string> simulation_names,
+                                                    const std::string& file_prefix) {
+  return file_response("text/csv; charset=utf-8", to_csv(log, simulation_names), file_prefix + "curves.csv");
 }
 
 }  // namespace lbea::tool

@@ -61,7 +61,8 @@ class Live final : public LiveFeed {
     const auto component = components_.component_in(target);
     if (path != "/export/curves.csv" || !component) return components_.respond(target);
     const std::lock_guard lock(mutex_);
-    return curves_response(logs_[*component], components_.simulation_names(*component));
+    return curves_response(logs_[*component], components_.simulation_names(*component),
+                           components_.file_prefix(*component));
   }
 
  private:

@@ -63,7 +63,7 @@ class Recording final : public RecordingFeed {
     if (path == "/api/recording/rows" && component) return binary_response(rows_packet(target, *component));
     if (path == "/export/curves.csv" && component)
       return curves_response(log_of(test_in(target).value_or(first_test()), *component),
-                             components_.simulation_names(*component));
+                             components_.simulation_names(*component), components_.file_prefix(*component));
     if (path != "/api/recording/frame") return components_.respond(target);
     const auto number = number_in<std::size_t>(target, "number", entries_.size());
     if (number >= entries_.size()) return text_response(404, "number= needs a frame of the recording, counted from 0");

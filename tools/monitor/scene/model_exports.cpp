@@ -81,7 +81,7 @@ nlohmann::json channels_of(const Model& model) {
   return channels;
 }
 
-http::Response mesh_file(const Model& model, const Shape& shape) {
+http::Response mesh_file(const Model& model, const Shape& shape, const std::string& file_prefix) {
   const auto positions = positions_of(model, shape);
   io::VtuGrid grid{positions, model.element_nodes(), {}, {}, time_of(model, shape)};
   std::vector<std::vector<float>> fields;
@@ -99,7 +99,7 @@ http::Response mesh_file(const Model& model, const Shape& shape) {
   const ScratchFolder scratch;
   io::write_vtu(scratch.path() / "mesh.vtu", grid);
   const auto bytes = io::read_file(scratch.path() / "mesh.vtu");
-  return file_response("application/octet-stream", std::string(io::as_text(bytes)), "mesh.vtu");
+  return file_response("application/octet-stream", std::string(io::as_text(bytes)), file_prefix + "mesh.vtu");
 }
 
 }  // namespace
@@ -151,11 +151,11 @@ std::string model_packet(const Model& model, const ModelRanges& ranges, const nl
   return packet.finish(head);
 }
 
-http::Response mesh_response(const Model& model, std::string_view text) {
+http::Response mesh_response(const Model& model, std::string_view text, const std::string& file_prefix) {
   const auto shape = parse_shape(text);
   if (!shape || !is_shape_of(model, *shape))
     return text_response(400, "shape= needs samples of this model with weights, e.g. 3:17:0.75,4:16:0.25");
-  return mesh_file(model, *shape);
+  return mesh_file(model, *shape, file_prefix);
 }
 
 }  // namespace lbea::tool

@@ -25,6 +25,6 @@ struct ModelRanges {
 [[nodiscard]] std::string model_packet(const Model& model, const ModelRanges& ranges, const nlohmann::json& recording);
 
 /// A file for ParaView of a shape as "3:17:0.75,4:16:0.25" describes it, or why there is none.
-[[nodiscard]] http::Response mesh_response(const Model& model, std::string_view shape);
+[[nodiscard]] http::Response mesh_response(const Model& model, std::string_view shape, const std::string& file_prefix);
 
 }  // namespace lbea::tool

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 
 namespace lbea::tool {
 namespace {
@@ -63,10 +64,21 @@ std::optional<std::size_t> ShownComponents::component_in(std::string_view target
 }
 
 std::optional<http::Response> ShownComponents::respond(std::string_view target) const {
-  if (target.substr(0, target.find('?')) != "/export/mesh.vtu") return {};
+  const std::string_view path = target.substr(0, target.find('?'));
   const auto component = component_in(target);
-  if (!component) return text_response(404, "component= needs one of the components, counted from 0");
-  return mesh_response(model(*component), http::query_value(target, "shape"));
+  if (!component && (path.starts_with("/export/") || path.starts_with("/api/")))
+    return text_response(404, "component= needs one of the components, counted from 0");
+  if (path != "/export/mesh.vtu") return {};
+  return mesh_response(model(*component), http::query_value(target, "shape"), file_prefix(*component));
+}
+
+std::string ShownComponents::file_prefix(std::size_t component) const {
+  if (size() == 1) return "";
+  std::string prefix = components_[component].name + "-";
+  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.'; };
+  std::ranges::replace_if(
+      prefix, [&](char c) { return !is_plain(static_cast<unsigned char>(c)); }, '_');
+  return prefix;
 }
 
 std::string ShownComponents::build(const AssembledMoment& moment, nlohmann::json head,

@@ -29,6 +29,8 @@ class ShownComponents {
   [[nodiscard]] std::string description(const nlohmann::json& recording) const;
   /// The component that "component=" of an address names; 0 without. Nothing when there is no such component.
   [[nodiscard]] std::optional<std::size_t> component_in(std::string_view target) const;
+  /// Before the names of its exported files; empty with one component.
+  [[nodiscard]] std::string file_prefix(std::size_t component) const;
   /// "/export/mesh.vtu?component=1&shape=3:17:0.75,4:16:0.25".
   [[nodiscard]] std::optional<http::Response> respond(std::string_view target) const;
   /// With one component, its scene, with both heads; see SceneBuilder. With several, one packet: sections "component0",

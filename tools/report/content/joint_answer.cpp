@@ -16,6 +16,14 @@ std::string words_of(std::span<const TestReport> components) {
   return text;
 }
 
+/// "hood, fender": the components with warnings.
+std::string warned(std::span<const TestReport> components) {
+  std::string names;
+  for (const TestReport& report : components)
+    if (!report.warnings.empty()) names += (names.empty() ? "" : ", ") + report.component;
+  return names;
+}
+
 Explanation explain_matches(std::span<const TestReport> components) {
   const auto likely = [](const TestReport& report) { return likely_simulations(report.state(), report.names); };
   const std::string first = likely(components.front());
@@ -32,6 +40,8 @@ Explanation explain_matches(std::span<const TestReport> components) {
       "The measured surface of each component differs from its best shape no more than simulations of the ensemble "
       "differ from each other.";
   answer.action = "Use the estimates, also where no camera looked; what to do is said of each component below.";
+  if (const std::string names = warned(components); !names.empty())
+    answer.action = "First read the warnings of " + names + " below: they put this verdict in doubt. " + answer.action;
   return answer;
 }
 

@@ -145,6 +145,9 @@ void explain(TestReport& report) {
   if (facts.record != nullptr) report.warnings = facts.record->answer().warnings();
   if (audit.counters && audit.counters->interleaved > 0)
     report.warnings.push_back("the frames of different senders alternate: they are not one test");
+  if (!report.warnings.empty() && report.explanation.tone == Explanation::Tone::good)
+    report.explanation.action =
+        "First read the warnings below: they put this verdict in doubt. " + report.explanation.action;
 }
 
 }  // namespace
