@@ -13,13 +13,22 @@ using namespace lbea;
 using namespace lbea::tool;
 using namespace lbea::test;
 
+namespace {
+
+std::vector<Point> nodes_of(const Model& model, std::uint32_t sample) {
+  const auto positions = model.node_positions(sample);
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < positions.size(); i += 3)
+    points.push_back({positions[i], positions[i + 1], positions[i + 2]});
+  return points;
+}
+
+}  // namespace
+
 TEST_CASE("the truth of a history is the test's own run's; of a run that lacks it, none is known") {
   const Baked baked(written_plates(), with_histories({energy()}));
   Matcher matcher(baked.model);
-  std::vector<Point> points;
-  const auto positions = baked.model.node_positions(9);
-  for (std::size_t i = 0; i < positions.size(); i += 3)
-    points.push_back({positions[i], positions[i + 1], positions[i + 2]});
+  const std::vector<Point> points = nodes_of(baked.model, 9);
   const MatchResult result = matcher.match({1, 0, points});
   SimulationState state;
   const auto judged = [&](SimulationReader& run) {
@@ -47,10 +56,7 @@ TEST_CASE(
   description.channels = {channel};
   const Baked baked(bent_plates(), description);
   Matcher matcher(baked.model);
-  std::vector<Point> points;
-  const auto positions = baked.model.node_positions(9);
-  for (std::size_t i = 0; i < positions.size(); i += 3)
-    points.push_back({positions[i], positions[i + 1], positions[i + 2]});
+  const std::vector<Point> points = nodes_of(baked.model, 9);
   const MatchResult result = matcher.match({1, 0, points});
   SyntheticSimulation run = eroding_plate(0.7, 6, 4), whole = bending_plate(0.7, 6);
   SimulationState state;
