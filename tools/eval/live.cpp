@@ -5,6 +5,7 @@
 #include "tools/shared/cli/csv_table.hpp"
 #include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/matching/named_models.hpp"
 #include "tools/shared/matching/result_json.hpp"
 
 #include <lbea/tracker.hpp>
@@ -15,12 +16,6 @@
 
 namespace lbea::tool {
 namespace {
-
-std::vector<std::string> names_of(const Model& model) {
-  std::vector<std::string> names;
-  for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
-  return names;
-}
 
 std::string number_or_dash(const std::optional<double>& value) {
   return value ? formatted("%8.3f", *value) : "       -";
@@ -114,7 +109,7 @@ std::string table_summary(const LiveSummary& summary, const Model& model) {
   const std::string refusal = refusal_of_all(summary.counters, model.length_unit());
   std::string text = (summary.complete ? "test: " : "test so far: ") +
                      (summary.rows.empty() ? "no results came"
-                      : refusal.empty()    ? answer_text(test, names_of(model))
+                      : refusal.empty()    ? answer_text(test, simulation_names(model))
                                            : refusal) +
                      "\n";
   if (const std::string warning = summary.answer.warning(); !warning.empty()) text += "warning: " + warning + "\n";

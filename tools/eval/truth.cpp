@@ -167,17 +167,9 @@ void Truth::read_state(std::uint32_t state, std::vector<float>& into) {
   mesh_.positions(state_.positions, into);
 }
 
-void hide_free_nodes(const bake::SimulationMesh& mesh, std::span<const std::uint8_t> alive,
+void hide_free_nodes(const bake::SimulationMesh& mesh, const std::vector<std::uint8_t>& alive,
                      std::vector<float>& positions) {
-  if (std::ranges::find(alive, 0) == alive.end()) return;
-  std::vector<std::uint8_t> is_free(mesh.nodes());
-  const auto mark = [&](bool of_living, std::uint8_t value) {
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
-      for (const std::uint32_t node : mesh.elements[e])
-        if ((alive[e] != 0) == of_living) is_free[node] = value;
-  };
-  mark(false, 1);
-  mark(true, 0);
+  const std::vector<std::uint8_t> is_free = free_nodes(mesh, alive);
   for (std::size_t node = 0; node < is_free.size(); ++node)
     if (is_free[node] != 0) std::fill_n(&positions[3 * node], 3, std::numeric_limits<float>::quiet_NaN());
 }

@@ -63,7 +63,7 @@ class Truth {
 };
 
 /// Makes the positions of nodes whose elements are all eroded NaN. alive: per element; positions: nodes x 3.
-void hide_free_nodes(const bake::SimulationMesh& mesh, std::span<const std::uint8_t> alive,
+void hide_free_nodes(const bake::SimulationMesh& mesh, const std::vector<std::uint8_t>& alive,
                      std::vector<float>& positions);
 
 /// EE, eq. 4: mean over the nodes of the whole mesh of |s^e_i - s*_i|, in the length unit; NaN where the experiment's

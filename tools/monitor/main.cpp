@@ -105,19 +105,15 @@ std::vector<NamedModel> models_of_recording(const std::string& recording) {
   return {{"", settings.model_file, open_model(settings.model_file, settings.model_checksum)}};
 }
 
-/// Of several components, a model that none was matched with would look like one without frames.
+/// Throws Error{bad_config} when a given model is that of no recorded component, which would look like one without
+/// frames.
 std::vector<NamedModel> models_for(const Options& options) {
   if (options.model_files.empty()) return models_of_recording(options.recording_file);
   std::vector<NamedModel> models = open_models(options.model_files);
-  const RunSettings settings = RecordedRun(options.recording_file).settings();
-  for (const NamedModel& named : models) {
-    const auto is_this = [&](const ComponentSettings& recorded) {
-      return recorded.model_checksum == named.model.checksum();
-    };
-    if (!settings.components.empty() && std::ranges::none_of(settings.components, is_this))
-      throw Error(Status::bad_config, named.file + ": is not a model that the frames of " + options.recording_file +
-                                          " were matched with; see lbea-inspect");
-  }
+  const std::vector<ComponentSettings> recorded = RecordedRun(options.recording_file).settings().components;
+  if (recorded.empty()) return models;
+  for (const NamedModel& named : models)
+    static_cast<void>(component_with(recorded, named.model.checksum(), named.file, options.recording_file));
   return models;
 }
 

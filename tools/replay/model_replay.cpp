@@ -7,6 +7,7 @@
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/intake/test_answer.hpp"
 #include "tools/shared/matching/assembled_views.hpp"
+#include "tools/shared/matching/named_models.hpp"
 #include "tools/shared/matching/views.hpp"
 #include "tools/shared/replaying/component_replay.hpp"
 #include "tools/shared/replaying/rig_replay.hpp"
@@ -59,9 +60,7 @@ class ResultOutput {
     answers_.assign(components_.size(), {});
   }
   void print_answer(const ComponentModel& component, const TestAnswer& answer) const {
-    const Model& model = component.model;
-    std::vector<std::string> names;
-    for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
+    const std::vector<std::string> names = simulation_names(component.model);
     const std::string of = components_.size() > 1 ? ", " + component.name : "";
     if (answer.state().frames > 0 && comparison_ == nullptr && !options_.json)
       std::printf("test%s: %s\n", printable(of).c_str(), printable(answer_text(answer.state(), names)).c_str());

@@ -10,21 +10,11 @@
 #include <cctype>
 
 namespace lbea::tool {
-namespace {
-
-std::vector<std::string> simulation_names_of(const Model& model) {
-  std::vector<std::string> names;
-  for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
-  return names;
-}
-
-}  // namespace
-
 ShownComponents::Component::Component(const NamedModel& named)
     : name(named.name),
       model(named.model),
       ranges(ranges_of(model)),
-      simulations(simulation_names_of(model)),
+      simulations(tool::simulation_names(model)),
       scenes(model, ranges) {}
 
 ShownComponents::ShownComponents(const std::vector<NamedModel>& models) {

@@ -110,6 +110,11 @@ Explanation explain(const TestFacts& facts) {
   }
 }
 
+void add_doubt(Explanation& explanation, const std::string& of) {
+  explanation.action = "First read the warnings" + (of.empty() ? "" : " of " + of) +
+                       " below: they put this verdict in doubt. " + explanation.action;
+}
+
 Likeliest likeliest_branch(const wire::WireTestState& state) {
   if (state.branches.empty()) return {};
   const auto best = std::ranges::max_element(state.branches);

@@ -25,6 +25,8 @@ struct Explanation {
   std::string answer;  // to "Does a simulation fit?": one or two words
 };
 [[nodiscard]] Explanation explain(const TestFacts& facts);
+/// Advises to read the warnings before all else. of: empty, or the components that have some.
+void add_doubt(Explanation& explanation, const std::string& of = "");
 
 /// The state of the test after its last frame.
 struct Likeliest {

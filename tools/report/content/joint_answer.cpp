@@ -40,8 +40,7 @@ Explanation explain_matches(std::span<const TestReport> components) {
       "The measured surface of each component differs from its best shape no more than simulations of the ensemble "
       "differ from each other.";
   answer.action = "Use the estimates, also where no camera looked; what to do is said of each component below.";
-  if (const std::string names = warned(components); !names.empty())
-    answer.action = "First read the warnings of " + names + " below: they put this verdict in doubt. " + answer.action;
+  if (const std::string names = warned(components); !names.empty()) add_doubt(answer, names);
   return answer;
 }
 

@@ -47,13 +47,8 @@ std::vector<NamedModel> models_of_components(const ReportOptions& options,
   if (files.empty())
     for (const ComponentSettings& component : recorded) files.push_back(component.model_file);
   std::vector<NamedModel> models = open_models(files);
-  for (NamedModel& named : models) {
-    const auto component = std::ranges::find(recorded, named.model.checksum(), &ComponentSettings::model_checksum);
-    if (component == recorded.end())
-      throw Error(Status::bad_config, named.file + ": is not a model that the frames of " + options.recording.string() +
-                                          " were matched with; see lbea-inspect");
-    named.name = component->name;
-  }
+  for (NamedModel& named : models)
+    named.name = component_with(recorded, named.model.checksum(), named.file, options.recording.string()).name;
   return models;
 }
 
@@ -145,9 +140,7 @@ void explain(TestReport& report) {
   if (facts.record != nullptr) report.warnings = facts.record->answer().warnings();
   if (audit.counters && audit.counters->interleaved > 0)
     report.warnings.push_back("the frames of different senders alternate: they are not one test");
-  if (!report.warnings.empty() && report.explanation.tone == Explanation::Tone::good)
-    report.explanation.action =
-        "First read the warnings below: they put this verdict in doubt. " + report.explanation.action;
+  if (!report.warnings.empty() && report.explanation.tone == Explanation::Tone::good) add_doubt(report.explanation);
 }
 
 }  // namespace
@@ -168,8 +161,7 @@ namespace {
 TestReport begin_report(RecordingContent content, Model model, const std::filesystem::path& file,
                         const ReportOptions& options) {
   TestReport report(std::move(content), std::move(model), file);
-  for (std::uint32_t i = 0; i < report.model.simulations(); ++i)
-    report.names.emplace_back(report.model.simulation_name(i));
+  report.names = simulation_names(report.model);
   find_poses(report, options);
   return report;
 }

@@ -1,6 +1,7 @@
 #include "tools/shared/matching/match_engine.hpp"
 
 #include "runtime/src/match/matcher.hpp"
+#include "tools/shared/matching/named_models.hpp"
 
 #include <algorithm>
 
@@ -106,8 +107,6 @@ double time_of(Sample sample, const Model& model) noexcept {
 }
 
 wire::ModelSummary summarize(const Model& model, const std::string& file) {
-  std::vector<std::string> simulations;
-  for (std::uint32_t i = 0; i < model.simulations(); ++i) simulations.emplace_back(model.simulation_name(i));
   return {file,
           model.checksum(),
           model.vertices(),
@@ -115,7 +114,7 @@ wire::ModelSummary summarize(const Model& model, const std::string& file) {
           model.samples(),
           model.references(),
           std::string(model.length_unit()),
-          std::move(simulations)};
+          simulation_names(model)};
 }
 
 void reserve(Outcome& outcome, std::uint32_t max_matches) {

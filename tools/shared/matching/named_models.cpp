@@ -9,6 +9,12 @@
 
 namespace lbea::tool {
 
+std::vector<std::string> simulation_names(const Model& model) {
+  std::vector<std::string> names;
+  for (std::uint32_t i = 0; i < model.simulations(); ++i) names.emplace_back(model.simulation_name(i));
+  return names;
+}
+
 std::vector<std::string> component_names(const std::vector<std::string>& files) {
   if (files.size() > wire::most_components)
     throw WrongUsage("give at most " + std::to_string(wire::most_components) + " models, one per component");

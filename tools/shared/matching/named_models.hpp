@@ -14,6 +14,8 @@ struct NamedModel {
   Model model;
 };
 
+/// In the model's order.
+[[nodiscard]] std::vector<std::string> simulation_names(const Model& model);
 /// Throws WrongUsage when two components would have the same name, or there are too many.
 [[nodiscard]] std::vector<std::string> component_names(const std::vector<std::string>& files);
 /// Throws Error{bad_config} when a model cannot be used with the same frames as the others.

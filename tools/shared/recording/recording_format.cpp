@@ -171,6 +171,15 @@ std::vector<ComponentSettings> components_of(const wire::WireState& state) {
   return components;
 }
 
+const ComponentSettings& component_with(const std::vector<ComponentSettings>& components, std::uint64_t model_checksum,
+                                        const std::string& model_file, const std::string& recording) {
+  const auto found = std::ranges::find(components, model_checksum, &ComponentSettings::model_checksum);
+  if (found == components.end())
+    throw Error(Status::bad_config, model_file + ": is not a model that the frames of " + recording +
+                                        " were matched with; see lbea-inspect");
+  return *found;
+}
+
 mcap::Metadata to_metadata(const ComponentSettings& component, std::size_t number) {
   mcap::Metadata metadata{std::string(component_metadata_name), {{"number", text(number)}}};
   for_each_component_setting(component, [&](const char* key, const auto& value) { metadata.texts[key] = text(value); });

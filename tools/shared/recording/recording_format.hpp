@@ -37,6 +37,11 @@ struct ComponentSettings {
 /// As the matcher's state lists them.
 [[nodiscard]] std::vector<ComponentSettings> components_of(const wire::WireState& state);
 
+/// The one with this model. model_file, recording: for the message. Throws Error{bad_config} when there is none.
+[[nodiscard]] const ComponentSettings& component_with(const std::vector<ComponentSettings>& components,
+                                                      std::uint64_t model_checksum, const std::string& model_file,
+                                                      const std::string& recording);
+
 /// How a run was matched, so that a replay can match in the same way.
 struct RunSettings {
   std::string program;     // with its version
