@@ -1,25 +1,26 @@
 #!/usr/bin/env bash
-# Installs missing packages, builds, and runs the tests: first under the sanitizers, then as released.
-#   bash tests/run.sh            the daily tests
-#   bash tests/run.sh --quick    without the sanitizers
-#   bash tests/run.sh --cross    as released, then the library's for ARM64 and Windows, in emulators
+# Installs missing packages, builds, and runs the tests: under the sanitizers, as released, and in emulators.
+#   bash tests/run.sh            the daily tests: of ARM64 and Windows those of the libraries
+#   bash tests/run.sh --quick    as released only
+#   bash tests/run.sh --cross    as released, then all that ARM64 and Windows have
 #   bash tests/run.sh --long     all of that, the long tests, whole programs under the address sanitizer, and the tests
 #                                labelled `threads` under the thread sanitizer
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-sanitizers=yes everything=no purpose=test
+sanitizers=yes everything=no purpose=cross
 # The target that the address sanitizer builds, then the arguments that select its tests for ctest. The HTTP server takes
 # minutes to compile.
 addresses=(sanitized_tests --label-regex sanitized) http=OFF
+emulated=(emulated_library_tests --label-regex emulated-library)
 case "${1:-}" in
   "") ;;
-  --quick) sanitizers=no ;;
-  --cross) sanitizers=no purpose=cross ;;
+  --quick) sanitizers=no purpose=test ;;
+  --cross) sanitizers=no emulated=(emulated_tests --label-regex emulated) ;;
   --long)
     export LBEA_LONG_TESTS=1
-    everything=yes purpose=cross http=ON
-    addresses=(all --label-exclude release-only)
+    everything=yes http=ON
+    addresses=(all --label-exclude release-only) emulated=(emulated_tests --label-regex emulated)
     ;;
   *) echo "usage: bash tests/run.sh [--quick | --cross | --long]" >&2; exit 2 ;;
 esac
@@ -50,5 +51,5 @@ build_and_test ci all
 
 # With the models and results of the build above. Tests that bake take too long here.
 if [ $purpose = cross ]; then
-  for preset in arm64 windows; do build_and_test $preset emulated_tests --label-regex emulated; done
+  for preset in arm64 windows; do build_and_test $preset "${emulated[@]}"; done
 fi
