@@ -13,7 +13,7 @@
 #include <lbea/lbea.hpp>
 
 #include "adapters/simulation/open.hpp"
-#include "tools/shared/cli/scratch_folder.hpp"
+#include "tools/shared/system/scratch_folder.hpp"
 
 #ifndef LBEA_FUZZ_RUN
 #define LBEA_FUZZ_RUN LBEA_FUZZ_FILE

@@ -1,6 +1,6 @@
 // The sentence on elements that the best sample's simulation has lost.
 #include "tests/support/eroding_plates.hpp"
-#include "tools/report/content/lost_elements.hpp"
+#include "tools/report/content/comparison/lost_elements.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <doctest/doctest.h>
 

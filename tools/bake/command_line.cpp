@@ -1,8 +1,8 @@
 #include "tools/bake/command_line.hpp"
 
 #include "adapters/ensemble/ensemble_toml.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <sstream>

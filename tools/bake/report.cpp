@@ -1,7 +1,7 @@
 #include "tools/bake/steps.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/formatted.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 #include "tools/bench/answer.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 namespace lbea::tool::bench {
 namespace {

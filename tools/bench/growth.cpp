@@ -5,7 +5,7 @@
 #include "runtime/src/match/sample_search.hpp"
 #include "tools/bench/fit/fit_answer.hpp"
 #include "tools/bench/fit/fit_growth.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <cstdio>
 #include <random>

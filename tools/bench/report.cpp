@@ -3,7 +3,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "tools/bench/build_info.hpp"
 #include "tools/bench/pipeline.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

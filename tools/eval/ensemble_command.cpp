@@ -3,10 +3,10 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/simulation/open.hpp"
 #include "tools/eval/evaluation_report.hpp"
-#include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/progress.hpp"
-#include "tools/shared/cli/scratch_folder.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/system/scratch_folder.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <algorithm>
 #include <cstdio>

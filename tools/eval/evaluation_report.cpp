@@ -1,8 +1,8 @@
 #include "tools/eval/evaluation_report.hpp"
 
 #include "adapters/files/atomic_file.hpp"
-#include "tools/shared/cli/channel_column.hpp"
-#include "tools/shared/cli/csv_table.hpp"
+#include "tools/shared/text/channel_column.hpp"
+#include "tools/shared/text/csv_table.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 
 #include "tools/eval/channels/channel_tables.hpp"
 #include "tools/eval/forecast/forecast_tables.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

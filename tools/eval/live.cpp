@@ -2,11 +2,11 @@
 
 #include "adapters/files/atomic_file.hpp"
 #include "tools/eval/channels/channel_columns.hpp"
-#include "tools/shared/cli/csv_table.hpp"
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/answer/clock_times.hpp"
 #include "tools/shared/matching/named_models.hpp"
 #include "tools/shared/matching/result_json.hpp"
+#include "tools/shared/text/csv_table.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <lbea/tracker.hpp>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
-#include "tools/shared/intake/test_answer.hpp"
+#include "tools/shared/answer/test_answer.hpp"
 
 #include <lbea/lbea.hpp>
 

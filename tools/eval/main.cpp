@@ -7,14 +7,14 @@
 #include "tools/eval/live.hpp"
 #include "tools/eval/mesh_series.hpp"
 #include "tools/eval/truth.hpp"
+#include "tools/shared/answer/component_results.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/cli/printable.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
 #include "tools/shared/intake/access_options.hpp"
-#include "tools/shared/intake/component_results.hpp"
 #include "tools/shared/matching/transformed.hpp"
+#include "tools/shared/text/formatted.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <lbea/inference.hpp>
 #include <lbea/tracker.hpp>

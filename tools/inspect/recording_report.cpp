@@ -1,9 +1,9 @@
 #include "tools/inspect/reports.hpp"
 
 #include "adapters/mcap/salvage.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/recording/recording_file.hpp"
 #include "tools/shared/recording/run_audit.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <fstream>

@@ -1,8 +1,8 @@
 // Prints the contents of a model or a recording.
 #pragma once
 
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/formatted.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -4,7 +4,7 @@
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/intake/rig_options.hpp"
-#include "tools/shared/recording/trigger_signal.hpp"
+#include "tools/shared/system/trigger_signal.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,7 +1,7 @@
 #include "tools/record/record_tally.hpp"
 
-#include "tools/shared/cli/last_line.hpp"
 #include "tools/shared/intake/log.hpp"
+#include "tools/shared/text/last_line.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -7,8 +7,8 @@
 #include "precompute/rig/virtual_sensor.hpp"
 #include "runtime/src/model/eroded_elements.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,7 @@
 #include "tools/replay/pace.hpp"
 
+#include "tools/shared/answer/clock_times.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/intake/clock_times.hpp"
 #include "tools/shared/intake/log.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "tools/replay/replay_settings.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/answer/clock_times.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <cmath>
 

@@ -1,9 +1,9 @@
 #include "tools/replay/report.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/intake/test_answer.hpp"
+#include "tools/shared/answer/test_answer.hpp"
 #include "tools/shared/matching/result_json.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

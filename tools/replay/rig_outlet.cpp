@@ -1,9 +1,9 @@
 #include "tools/replay/rig_outlet.hpp"
 
 #include "tools/replay/pace.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/log.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

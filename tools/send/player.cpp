@@ -4,10 +4,10 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "adapters/wire/sockets/client.hpp"
 #include "tools/shared/cli/cloud_files.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/handshake.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

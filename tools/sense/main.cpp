@@ -6,11 +6,11 @@
 #include "precompute/rig/counter_random.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/sense/schedule.hpp"
-#include "tools/shared/cli/csv_table.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
+#include "tools/shared/text/csv_table.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 #include "tools/sense/schedule.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -2,7 +2,7 @@
 
 #include "adapters/files/system_files.hpp"
 #include "tools/serve/system.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cerrno>

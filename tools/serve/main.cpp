@@ -7,14 +7,14 @@
 #include "tools/serve/reports.hpp"
 #include "tools/serve/system.hpp"
 #include "tools/serve/watches.hpp"
-#include "tools/shared/cli/last_line.hpp"
 #include "tools/shared/cli/method_names.hpp"
-#include "tools/shared/cli/service_notify.hpp"
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/matching/views.hpp"
-#include "tools/shared/recording/trigger_signal.hpp"
+#include "tools/shared/system/service_notify.hpp"
+#include "tools/shared/system/trigger_signal.hpp"
+#include "tools/shared/text/last_line.hpp"
 
 namespace lbea::tool {
 namespace {

@@ -1,8 +1,8 @@
 #include "tools/serve/reports.hpp"
 
 #include "adapters/http/metrics.hpp"
-#include "tools/shared/cli/process.hpp"
 #include "tools/shared/intake/log.hpp"
+#include "tools/shared/system/process.hpp"
 
 #include <nlohmann/json.hpp>
 

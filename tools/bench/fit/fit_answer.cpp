@@ -1,7 +1,7 @@
 #include "tools/bench/fit/fit_answer.hpp"
 
 #include "runtime/src/depth/combination.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 

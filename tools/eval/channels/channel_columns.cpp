@@ -1,6 +1,6 @@
 #include "tools/eval/channels/channel_columns.hpp"
 
-#include "tools/shared/cli/channel_column.hpp"
+#include "tools/shared/text/channel_column.hpp"
 
 #include <algorithm>
 #include <limits>

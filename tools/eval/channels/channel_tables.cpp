@@ -2,7 +2,7 @@
 
 #include "runtime/src/channels/learned_channels.hpp"
 #include "tools/eval/evaluation_report.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

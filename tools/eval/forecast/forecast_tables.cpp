@@ -2,7 +2,7 @@
 
 #include "runtime/src/depth/test_clock.hpp"
 #include "tools/eval/evaluation_report.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

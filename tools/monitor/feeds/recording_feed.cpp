@@ -3,11 +3,11 @@
 #include "adapters/wire/codec/codec.hpp"
 #include "tools/monitor/feeds/health.hpp"
 #include "tools/monitor/scene/shown_components.hpp"
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/intake/component_results.hpp"
+#include "tools/shared/answer/component_results.hpp"
 #include "tools/shared/matching/preview.hpp"
 #include "tools/shared/recording/recorded_run.hpp"
 #include "tools/shared/recording/run_audit.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

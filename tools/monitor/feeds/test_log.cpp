@@ -2,9 +2,9 @@
 
 #include "runtime/src/channels/learned_channels.hpp"
 #include "tools/monitor/scene/packet.hpp"
-#include "tools/shared/cli/channel_column.hpp"
-#include "tools/shared/cli/csv_table.hpp"
-#include "tools/shared/intake/doubtful.hpp"
+#include "tools/shared/answer/doubtful.hpp"
+#include "tools/shared/text/channel_column.hpp"
+#include "tools/shared/text/csv_table.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // The curves of one test, for browsers that connect later: bounded, and thinned when they grow too long.
 #pragma once
 
-#include "tools/shared/intake/clock_times.hpp"
-#include "tools/shared/intake/test_answer.hpp"
+#include "tools/shared/answer/clock_times.hpp"
+#include "tools/shared/answer/test_answer.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -4,7 +4,7 @@
 #include "adapters/files/atomic_file.hpp"
 #include "tools/monitor/scene/packet.hpp"
 #include "tools/monitor/scene/scene.hpp"
-#include "tools/shared/cli/scratch_folder.hpp"
+#include "tools/shared/system/scratch_folder.hpp"
 
 #include <nlohmann/json.hpp>
 

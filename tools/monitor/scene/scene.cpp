@@ -1,7 +1,7 @@
 #include "tools/monitor/scene/scene.hpp"
 
 #include "tools/monitor/scene/packet.hpp"
-#include "tools/shared/intake/doubtful.hpp"
+#include "tools/shared/answer/doubtful.hpp"
 
 #include <lbea/inference.hpp>
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 #include "tools/monitor/scene/shown_components.hpp"
 
 #include "tools/monitor/scene/packet.hpp"
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/intake/component_results.hpp"
+#include "tools/shared/answer/component_results.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,7 @@
 #include "tools/report/content/explanation.hpp"
 
 #include "runtime/src/track/tracker.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

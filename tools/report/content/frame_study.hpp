@@ -1,7 +1,7 @@
 // Frames spread over a test, compared with the shapes that were found for them.
 #pragma once
 
-#include "tools/report/content/cloud_comparison.hpp"
+#include "tools/report/content/comparison/cloud_comparison.hpp"
 #include "tools/report/content/recording_reader.hpp"
 
 namespace lbea::tool {

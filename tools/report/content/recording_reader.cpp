@@ -3,8 +3,8 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/wire/codec/codec.hpp"
 #include "runtime/src/model/checksum.hpp"
+#include "tools/shared/answer/component_results.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/intake/component_results.hpp"
 #include "tools/shared/matching/preview.hpp"
 
 #include <algorithm>

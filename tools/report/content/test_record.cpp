@@ -1,6 +1,6 @@
 #include "tools/report/content/test_record.hpp"
 
-#include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/answer/clock_times.hpp"
 
 namespace lbea::tool {
 namespace {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tools/report/content/channels/channel_record.hpp"
-#include "tools/shared/intake/test_answer.hpp"
+#include "tools/shared/answer/test_answer.hpp"
 
 #include <map>
 #include <span>

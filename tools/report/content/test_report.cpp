@@ -1,7 +1,7 @@
 #include "tools/report/content/test_report.hpp"
 
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/report/content/lost_elements.hpp"
+#include "tools/report/content/comparison/lost_elements.hpp"
 #include "tools/report/content/own_match.hpp"
 #include "tools/shared/matching/named_models.hpp"
 #include "tools/shared/matching/views.hpp"

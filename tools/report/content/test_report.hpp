@@ -3,8 +3,8 @@
 
 #include "tools/report/content/accounts.hpp"
 #include "tools/report/content/channels/channel_study.hpp"
+#include "tools/report/content/comparison/field_comparison.hpp"
 #include "tools/report/content/explanation.hpp"
-#include "tools/report/content/field_comparison.hpp"
 #include "tools/report/content/forecast_study.hpp"
 
 namespace lbea::tool {

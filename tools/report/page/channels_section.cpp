@@ -2,7 +2,7 @@
 #include "tools/report/page/frame_curves.hpp"
 #include "tools/report/page/html.hpp"
 #include "tools/report/page/page.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

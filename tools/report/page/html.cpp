@@ -1,7 +1,7 @@
 #include "tools/report/page/html.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/formatted.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "tools/report/page/chart.hpp"
 #include "tools/report/page/html.hpp"
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <cmath>
 

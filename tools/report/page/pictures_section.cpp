@@ -2,8 +2,8 @@
 #include "tools/report/page/html.hpp"
 #include "tools/report/page/page.hpp"
 #include "tools/report/page/picture.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/matching/shapes.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

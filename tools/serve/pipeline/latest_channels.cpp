@@ -1,6 +1,6 @@
 #include "tools/serve/pipeline/latest_channels.hpp"
 
-#include "tools/shared/intake/doubtful.hpp"
+#include "tools/shared/answer/doubtful.hpp"
 
 namespace lbea::tool {
 

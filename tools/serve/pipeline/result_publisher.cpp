@@ -1,7 +1,7 @@
 #include "tools/serve/pipeline/result_publisher.hpp"
 
 #include "runtime/src/depth/test_clock.hpp"
-#include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/answer/clock_times.hpp"
 
 #include <cmath>
 

@@ -3,8 +3,8 @@
 
 #include "tools/serve/pipeline/latest_channels.hpp"
 #include "tools/serve/pipeline/pipeline_queues.hpp"
+#include "tools/shared/answer/test_answer.hpp"
 #include "tools/shared/intake/frame_log.hpp"
-#include "tools/shared/intake/test_answer.hpp"
 
 #include <atomic>
 #include <deque>

@@ -2,7 +2,7 @@
 // be right.
 #pragma once
 
-#include "tools/shared/intake/test_warnings.hpp"
+#include "tools/shared/answer/test_warnings.hpp"
 
 #include <optional>
 

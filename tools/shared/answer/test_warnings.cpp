@@ -1,7 +1,7 @@
-#include "tools/shared/intake/test_warnings.hpp"
+#include "tools/shared/answer/test_warnings.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
-#include "tools/shared/intake/clock_times.hpp"
+#include "tools/shared/answer/clock_times.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <limits>

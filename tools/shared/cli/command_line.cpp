@@ -1,7 +1,7 @@
 #include "tools/shared/cli/command_line.hpp"
 
 #include "adapters/files/file_names.hpp"
-#include "tools/shared/cli/process.hpp"
+#include "tools/shared/system/process.hpp"
 
 #include <lbea/version.hpp>
 

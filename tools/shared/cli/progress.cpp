@@ -1,6 +1,6 @@
 #include "tools/shared/cli/progress.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 

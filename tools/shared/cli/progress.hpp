@@ -1,7 +1,7 @@
 // A progress line on stderr: a moving bar on a terminal, a plain line now and then elsewhere.
 #pragma once
 
-#include "tools/shared/cli/outlet.hpp"
+#include "tools/shared/text/outlet.hpp"
 
 #include <chrono>
 #include <cstdint>

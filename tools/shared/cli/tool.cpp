@@ -1,7 +1,7 @@
 #include "tools/shared/cli/tool.hpp"
 
-#include "tools/shared/cli/printable.hpp"
-#include "tools/shared/cli/process.hpp"
+#include "tools/shared/system/process.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -5,7 +5,7 @@
 #include "adapters/simulation/open.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <cstdio>
 #include <map>

@@ -1,7 +1,7 @@
 #include "tools/shared/intake/frame_log.hpp"
 
+#include "tools/shared/answer/test_answer.hpp"
 #include "tools/shared/intake/log.hpp"
-#include "tools/shared/intake/test_answer.hpp"
 
 #include <cmath>
 

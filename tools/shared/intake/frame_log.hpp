@@ -2,9 +2,9 @@
 #pragma once
 
 #include "adapters/wire/sockets/streams.hpp"
+#include "tools/shared/answer/test_warnings.hpp"
 #include "tools/shared/intake/channel.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
-#include "tools/shared/intake/test_warnings.hpp"
 
 #include <functional>
 #include <map>

@@ -1,7 +1,7 @@
 #include "tools/shared/intake/log.hpp"
 
-#include "tools/shared/cli/outlet.hpp"
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/outlet.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <spdlog/async.h>
 #include <spdlog/details/null_mutex.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "adapters/wire/codec/messages.hpp"
-#include "tools/shared/intake/test_warnings.hpp"
+#include "tools/shared/answer/test_warnings.hpp"
 
 #include <lbea/forecast.hpp>
 #include <lbea/rigs.hpp>

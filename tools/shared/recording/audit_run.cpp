@@ -1,9 +1,9 @@
 #include "tools/shared/recording/run_audit.hpp"
 
 #include "adapters/wire/codec/codec.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/intake/id_tracker.hpp"
 #include "tools/shared/recording/recording_file.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -1,8 +1,8 @@
 // The queue of records between the thread that receives messages and the thread that writes them.
 #pragma once
 
-#include "tools/shared/recording/mirrored_memory.hpp"
 #include "tools/shared/recording/recording_file.hpp"
+#include "tools/shared/system/mirrored_memory.hpp"
 
 #include <algorithm>
 #include <deque>

@@ -1,6 +1,6 @@
 #include "tools/shared/recording/recorded_run.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 

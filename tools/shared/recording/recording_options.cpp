@@ -2,10 +2,10 @@
 
 #include "adapters/files/file_names.hpp"
 #include "runtime/src/model/mapped_file.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/intake/log.hpp"
-#include "tools/shared/recording/local_time.hpp"
-#include "tools/shared/recording/trigger_signal.hpp"
+#include "tools/shared/system/local_time.hpp"
+#include "tools/shared/system/trigger_signal.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <cstdlib>
 #include <ctime>

@@ -3,9 +3,9 @@
 #include "adapters/files/atomic_file.hpp"
 #include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "tools/shared/cli/formatted.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/rig_options.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 namespace lbea::tool {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/shared/recording/local_time.hpp"
+#include "tools/shared/system/local_time.hpp"
 
 namespace lbea::tool {
 

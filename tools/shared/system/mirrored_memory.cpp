@@ -1,4 +1,4 @@
-#include "tools/shared/recording/mirrored_memory.hpp"
+#include "tools/shared/system/mirrored_memory.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,4 +1,4 @@
-#include "tools/shared/cli/process.hpp"
+#include "tools/shared/system/process.hpp"
 
 #include <cstdio>
 #include <cstdlib>

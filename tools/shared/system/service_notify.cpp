@@ -1,4 +1,4 @@
-#include "tools/shared/cli/service_notify.hpp"
+#include "tools/shared/system/service_notify.hpp"
 
 #include <cstddef>
 #include <cstdlib>

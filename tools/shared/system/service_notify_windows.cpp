@@ -1,5 +1,5 @@
 // Windows has no systemd.
-#include "tools/shared/cli/service_notify.hpp"
+#include "tools/shared/system/service_notify.hpp"
 
 namespace lbea::tool {
 

@@ -1,4 +1,4 @@
-#include "tools/shared/recording/trigger_signal.hpp"
+#include "tools/shared/system/trigger_signal.hpp"
 
 #include <csignal>
 

@@ -1,5 +1,5 @@
 // Windows has no signals for this.
-#include "tools/shared/recording/trigger_signal.hpp"
+#include "tools/shared/system/trigger_signal.hpp"
 
 namespace lbea::tool {
 

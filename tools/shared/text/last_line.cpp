@@ -1,6 +1,6 @@
-#include "tools/shared/cli/last_line.hpp"
+#include "tools/shared/text/last_line.hpp"
 
-#include "tools/shared/cli/outlet.hpp"
+#include "tools/shared/text/outlet.hpp"
 
 #include <lbea/lbea.hpp>
 

@@ -1,4 +1,4 @@
-#include "tools/shared/cli/outlet.hpp"
+#include "tools/shared/text/outlet.hpp"
 
 #include <algorithm>
 #include <cerrno>

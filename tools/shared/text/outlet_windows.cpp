@@ -1,5 +1,5 @@
 // A console in which the user selects text takes nothing, and no call tells so: a thread of its own writes.
-#include "tools/shared/cli/outlet.hpp"
+#include "tools/shared/text/outlet.hpp"
 
 #include <cerrno>
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "tools/shared/cli/printable.hpp"
+#include "tools/shared/text/printable.hpp"
 
 #include <array>
 #include <cstdint>

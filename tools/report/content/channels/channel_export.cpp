@@ -1,7 +1,7 @@
 #include "tools/report/content/channels/channel_export.hpp"
 
 #include "runtime/src/channels/learned_channels.hpp"
-#include "tools/shared/cli/csv_table.hpp"
+#include "tools/shared/text/csv_table.hpp"
 
 #include <algorithm>
 #include <charconv>

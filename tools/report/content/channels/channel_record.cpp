@@ -1,6 +1,6 @@
 #include "tools/report/content/channels/channel_record.hpp"
 
-#include "tools/shared/intake/doubtful.hpp"
+#include "tools/shared/answer/doubtful.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "tools/report/content/channels/channel_study.hpp"
 
-#include "tools/shared/cli/formatted.hpp"
+#include "tools/shared/text/formatted.hpp"
 
 #include <algorithm>
 #include <cmath>

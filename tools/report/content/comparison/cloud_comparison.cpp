@@ -1,4 +1,4 @@
-#include "tools/report/content/cloud_comparison.hpp"
+#include "tools/report/content/comparison/cloud_comparison.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tools/report/content/field_comparison.hpp"
+#include "tools/report/content/comparison/field_comparison.hpp"
 
 #include "runtime/src/model/model_view.hpp"
 #include "runtime/src/model/run_samples.hpp"

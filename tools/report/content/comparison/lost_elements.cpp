@@ -1,4 +1,4 @@
-#include "tools/report/content/lost_elements.hpp"
+#include "tools/report/content/comparison/lost_elements.hpp"
 
 #include "runtime/src/model/eroded_elements.hpp"
 
