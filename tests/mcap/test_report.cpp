@@ -113,12 +113,14 @@ TEST_CASE("several components: a verdict of the test, and the report of each, as
     CHECK(component["channels"].empty() == (i == 1));
     CHECK(component["tests"][0]["matched_frames"] == 20);
     // Of one component alone, the same.
-    const Outcome alone = report(bench, "run.mcap --json --model " + files[i]);
+    const Outcome alone = report(bench, "run.mcap -o alone.html --json --model " + files[i]);
     REQUIRE_MESSAGE(alone.exit_code == 0, alone.err);
+    CHECK(contains(text_of(bench.file("alone.html")), "Not in this report: component " + names[1 - i] + "."));
     const Json of_one = Json::parse(alone.out);
     for (const auto& [key, value] : component.items()) CHECK_MESSAGE(of_one[key] == value, key);
   }
   CHECK(contains(page, "--model " LBEA_MODEL " --model " LBEA_OTHER_MODEL " --against"));
+  CHECK_FALSE(contains(page, "Not in this report"));
 
   CHECK(report(bench, "run.mcap --channels-csv table.csv --model " LBEA_MODEL).exit_code == 0);
   const Outcome both = report(bench, "run.mcap --channels-csv both.csv");

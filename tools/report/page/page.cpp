@@ -4,6 +4,7 @@
 #include "tools/report/page/style.hpp"
 #include "tools/shared/text/formatted.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 
@@ -32,13 +33,22 @@ std::string models_text(std::span<const TestReport> reports) {
   return (reports.front().component.empty() ? "Model " : "") + text;
 }
 
+/// Recorded, but their models were not given.
+std::string left_out_text(std::span<const TestReport> reports) {
+  std::string names;
+  for (const ComponentSettings& recorded : reports.front().settings().components)
+    if (std::ranges::find(reports, recorded.name, &TestReport::component) == reports.end())
+      names += (names.empty() ? "" : ", ") + escaped(recorded.name);
+  return names.empty() ? "" : " Not in this report: component " + names + ".";
+}
+
 std::string title_of(std::span<const TestReport> reports) {
   const TestReport& report = reports.front();
   std::string title = "<header><h1>Report of the test <span class=\"name\">" +
                       escaped(report.content.file.filename().string()) + "</span></h1>\n<p>";
   title += report.settings().program.empty() ? "Recorded" : "Recorded by " + escaped(report.settings().program);
   if (report.settings().start_ns > 0) title += ", from " + date_text(report.settings().start_ns) + " on";
-  title += ". " + models_text(reports) + ".</p>";
+  title += ". " + models_text(reports) + "." + left_out_text(reports) + "</p>";
   if (report.is_own_match)
     title +=
         "<p>The recording contains no results: its frames were matched for this report, with the recorded settings "
