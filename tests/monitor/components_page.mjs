@@ -77,7 +77,7 @@ async function checkRecording(browser, recording) {
 /// With one model, there is nothing to choose.
 async function checkOne(browser, recording) {
   const watcher = await watch(recording, "--http", "127.0.0.1:0", "--model", otherModel), page = await open(browser, watcher.url);
-  await until(async () => /Matched|No verdict yet/.test(await words(page, "verdict-word")), "the component is not shown");
+  await until(async () => /Matched|No verdict/.test(await words(page, "verdict-word")), "the component is not shown");
   assert.equal(await page.locator("#components").isVisible(), false);
   await page.close();
   await stop(watcher);

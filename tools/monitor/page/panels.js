@@ -39,7 +39,7 @@ function answerOf({ verdict, matches }, { results, complete, answer }) {
   if (answer && answer.verdict in ofTest)
     return { verdict: answer.verdict, best: answer.simulations,
       why: `${ofTest[answer.verdict]} Misfit ${number(answer.misfit)}. ${complete ? "The test is complete." : "The test so far."}` };
-  if (answer) return { verdict: "none", word: "No verdict yet", best: answer.simulations, why: "The test's verdict needs four frames." };
+  if (answer) return { verdict: "none", word: "No verdict", best: answer.simulations, why: "The test's verdict needs four frames." };
   if (verdict !== "matched" && verdict !== "unknown") return { verdict, best: matches?.[0]?.name, why: ofFrame[verdict] ?? "" };
   return { verdict: "none", word: "Nearest sample", best: matches?.[0]?.name, why: "Only method fit detects that no simulation fits." };
 }

@@ -78,7 +78,7 @@ Explanation explain_nothing(const TestFacts& facts, const wire::WireTestState& s
     return answer;
   }
   const bool is_short = state.frames < frames_for_verdict;
-  answer.headline = "There is no verdict yet; so far " + likely_simulations(state, facts.names) + ".";
+  answer.headline = "There is no verdict; likeliest: " + likely_simulations(state, facts.names) + ".";
   answer.meaning = is_short ? "Only " + std::to_string(state.frames) + " frames tell anything; a verdict needs " +
                                   std::to_string(frames_for_verdict) + "."
                             : "Too little of the component was visible, or the ensemble has a single simulation.";

@@ -100,7 +100,7 @@ std::string answer_text(const wire::WireTestState& state, std::span<const std::s
   if (state.verdict == wire::WireVerdict::no_simulation_fits) return "NO SIMULATION FITS, " + misfit + "; " + likely;
   if (state.verdict == wire::WireVerdict::matched) return "matched: " + likely + ", " + misfit;
   if (state.verdict == wire::WireVerdict::ambiguous) return "ambiguous: " + likely + ", " + misfit;
-  return "no verdict yet; so far " + likely;
+  return "no verdict; likeliest: " + likely;
 }
 
 }  // namespace lbea::tool
