@@ -1,6 +1,7 @@
 #include "runtime/src/depth/combination.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -40,7 +41,7 @@ std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::s
       for (std::size_t i = 0; i < k; ++i) next[i] += twice * gram[j * stride + i];
     }
     for (std::size_t i = 0; i < k; ++i) next[i] = ahead[i] - next[i] / bound;
-    project(next);
+    project(next, w);
     const float faster = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
     float change = 0;
     for (std::size_t i = 0; i < k; ++i) {
@@ -54,22 +55,31 @@ std::span<const float> SimplexProblem::solve(std::span<const float> gram, std::s
   return w;
 }
 
-// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1. Values that are
-// not above the shift of some that include the greatest are not above that of fewer either (Michelot 1986). All values
-// may be far from 0: relative to the greatest one, the 1 is not lost by rounding, and that value remains positive.
-void SimplexProblem::project(std::span<float> values) noexcept {
+// The nearest point of the simplex: subtracts the shift after which the positive values add up to 1. The shift of any
+// values (after which they add up to 1) is not above it. So values that are not above the shift of the previous point's
+// positive ones are 0, and those not above the shift of the others, and so on (Michelot 1986). All values may be far
+// from 0: relative to the greatest one, the 1 is not lost by rounding, and that value remains positive.
+void SimplexProblem::project(std::span<float> values, std::span<const float> previous) noexcept {
   const float greatest = *std::ranges::max_element(values);
-  float shift = -std::numeric_limits<float>::infinity();
-  for (std::size_t before = values.size() + 1;;) {
-    float sum = 0;
-    std::size_t count = 0;
-    for (const float value : values) {  // without branches, which would be hard to predict
-      sum += value - greatest > shift ? value - greatest : 0.0f;
-      count += value - greatest > shift ? 1u : 0u;
-    }
-    if (count == 0 || count >= before) break;  // none: values that are not finite; as many: found
-    before = count;
+  float shift = 0, sum = 0;
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    sum += previous[i] > 0 ? values[i] - greatest : 0.0f;
+    count += previous[i] > 0 ? 1u : 0u;
+  }
+  for (bool is_first = true;; is_first = false) {
     shift = (sum - 1) / static_cast<float>(count);
+    const std::uint32_t before = count;
+    std::uint32_t changed = 0;
+    sum = 0;
+    count = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {  // without branches, which would be hard to predict
+      const float value = values[i] - greatest;
+      sum += value > shift ? value : 0.0f;
+      count += value > shift ? 1u : 0u;
+      changed += (value > shift) != (previous[i] > 0) ? 1u : 0u;
+    }
+    if (count == 0 || (is_first ? changed == 0 : count >= before)) break;  // none: not finite; the same ones: found
   }
   for (float& value : values) value = std::max(value - greatest - shift, 0.0f);
 }
@@ -100,10 +110,14 @@ void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, st
     double* const row = &factor_[j * k];
     for (std::size_t i = j; i < k; ++i) row[i] = double{gram[j * stride + i]};
     row[j] += double{prices[j]};
-    for (std::size_t m = 0; m < j; ++m) {
-      const double* const above = &factor_[m * k];
-      const double factor = above[j];
-      for (std::size_t i = j; i < k; ++i) row[i] -= factor * above[i];
+    for (std::size_t begin = j; begin < k; begin += block) {
+      std::array<double, block> values;
+      std::copy_n(row + begin, block, values.begin());
+      for (std::size_t m = 0; m < j; ++m) {
+        const double* const above = &factor_[m * k];
+        for (std::size_t i = 0; i < block; ++i) values[i] -= above[j] * above[begin + i];
+      }
+      std::copy_n(values.begin(), std::min(block, k - begin), row + begin);
     }
     row[j] = std::sqrt(std::max(row[j], double{prices[j]}));
     for (std::size_t i = j + 1; i < k; ++i) row[i] /= row[j];

@@ -18,7 +18,7 @@ class SimplexProblem {
   std::span<const float> solve(std::span<const float> gram, std::size_t stride, std::span<const float> linear) noexcept;
 
  private:
-  static void project(std::span<float> values) noexcept;
+  static void project(std::span<float> values, std::span<const float> previous) noexcept;
 
   std::vector<float> w_, ahead_, next_;
 };
@@ -27,7 +27,7 @@ class SimplexProblem {
 /// factorization.
 class RidgeProblem {
  public:
-  explicit RidgeProblem(std::size_t most) : factor_(most * most), change_(most), ones_(most) {}
+  explicit RidgeProblem(std::size_t most) : factor_(most * most + block), change_(most), ones_(most) {}
   /// gram: k x stride, symmetric and positive semi-definite; prices: P, all positive; w: w0, replaced by the solution.
   /// Does not allocate.
   void solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
@@ -38,6 +38,7 @@ class RidgeProblem {
   void substitute(std::span<double> values) const noexcept;
 
  private:
+  static constexpr std::size_t block = 8;       // values of a row that are computed together, in registers
   std::vector<double> factor_, change_, ones_;  // factor_: rows of U, from the diagonal on
 };
 
