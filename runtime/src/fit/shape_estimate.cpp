@@ -5,6 +5,8 @@
 namespace lbea {
 namespace {
 
+constexpr std::size_t block = 16;  // neighbors whose products are summed together, in registers
+
 void add(float weight, std::span<const float> values, std::span<float> sum) noexcept {
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * values[i];
 }
@@ -29,7 +31,7 @@ ShapeEstimate::ShapeEstimate(const ModelView& model, const ShapeRegression& regr
       target_(ShapeRegression::shape_scores),
       neighbors_(std::min(settings.neighbors, model.info.samples)),
       offsets_(neighbors_.capacity() * ShapeRegression::shape_scores),
-      by_score_(offsets_.size()),
+      by_score_((neighbors_.capacity() + block) * ShapeRegression::shape_scores),
       neighbor_gram_(neighbors_.capacity() * neighbors_.capacity()),
       weights_(neighbors_.capacity()),
       prices_(neighbors_.capacity()),
@@ -141,21 +143,23 @@ void ShapeEstimate::use_neighbors() noexcept {
 /// Sets the products of their offsets from the target. Returns the mean square of the offsets.
 float ShapeEstimate::compare_neighbors() noexcept {
   constexpr std::size_t scores = ShapeRegression::shape_scores;
-  const std::size_t k = neighbors_.ranked().size();
+  const std::size_t k = neighbors_.ranked().size(), stride = k + block;
   float mean = 0;
   for (std::size_t i = 0; i < k; ++i) {
     const RankedSample& neighbor = neighbors_.ranked()[i];
     std::ranges::transform(regression_.shape(neighbor.sample), target_, &offsets_[i * scores], std::minus<>{});
-    for (std::size_t score = 0; score < scores; ++score) by_score_[score * k + i] = offsets_[i * scores + score];
+    for (std::size_t score = 0; score < scores; ++score) by_score_[score * stride + i] = offsets_[i * scores + score];
     mean += neighbor.distance / static_cast<float>(k);
   }
-  for (std::size_t i = 0; i < k; ++i) {
-    const std::span row = std::span(neighbor_gram_).subspan(i * k + i, k - i);
-    std::ranges::fill(row, 0.0f);
-    for (std::size_t score = 0; score < scores; ++score)
-      add(offsets_[i * scores + score], std::span(by_score_).subspan(score * k + i, k - i), row);
-    for (std::size_t j = i + 1; j < k; ++j) neighbor_gram_[j * k + i] = neighbor_gram_[i * k + j];
-  }
+  for (std::size_t i = 0; i < k; ++i)
+    for (std::size_t begin = i; begin < k; begin += block) {
+      std::array<float, block> sums{};
+      for (std::size_t score = 0; score < scores; ++score)
+        for (std::size_t j = 0; j < block; ++j)
+          sums[j] += offsets_[i * scores + score] * by_score_[score * stride + begin + j];
+      for (std::size_t j = begin; j < std::min(begin + block, k); ++j)
+        neighbor_gram_[i * k + j] = neighbor_gram_[j * k + i] = sums[j - begin];
+    }
   return mean;
 }
 
