@@ -45,17 +45,19 @@ double nearest_sample(const Model& model, std::span<const float> mesh) {
 TEST_CASE("landmarks are the same whether those of all samples were copied or not; moved shapes differ by the motion") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  const ShapeLandmarks copied(model.view()), read(model.view(), 0);
-  std::vector<float> unused(copied.size()), buffer(copied.size()), moved(copied.size());
-  for (std::uint32_t s = 0; s < model.samples(); ++s) {
-    const auto shape = copied.of(s, true, unused);
-    CHECK(std::ranges::equal(shape, read.of(s, true, buffer)));
-    std::ranges::copy(shape, moved.begin());
-    for (std::size_t i = 0; i < moved.size() / 3; ++i) moved[i] += 3, moved[2 * moved.size() / 3 + i] -= 4;
-    CHECK(copied.mean_distance(shape, shape) == 0);
-    CHECK(copied.mean_distance(shape, moved) >= 5 * (1 - 1e-4f));  // padding moved too
+  for (const LandmarkPlaces places : {LandmarkPlaces::component, LandmarkPlaces::surface}) {
+    const ShapeLandmarks copied(model.view(), places), read(model.view(), places, 0);
+    std::vector<float> unused(copied.size()), buffer(copied.size()), moved(copied.size());
+    for (std::uint32_t s = 0; s < model.samples(); ++s) {
+      const auto shape = copied.of(s, true, unused);
+      CHECK(std::ranges::equal(shape, read.of(s, true, buffer)));
+      std::ranges::copy(shape, moved.begin());
+      for (std::size_t i = 0; i < moved.size() / 3; ++i) moved[i] += 3, moved[2 * moved.size() / 3 + i] -= 4;
+      CHECK(copied.mean_distance(shape, shape) == 0);
+      CHECK(copied.mean_distance(shape, moved) >= 5 * (1 - 1e-4f));  // padding moved too
+    }
+    CHECK(std::ranges::count(unused, 0.0f) == static_cast<std::ptrdiff_t>(unused.size()));
   }
-  CHECK(std::ranges::count(unused, 0.0f) == static_cast<std::ptrdiff_t>(unused.size()));
 }
 
 TEST_CASE("every sample that the rig sees is found again, noise or not") {

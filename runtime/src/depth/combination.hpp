@@ -61,6 +61,8 @@ struct FitSettings {
   // regression's prediction. Price of the squared weights, which keeps them small:
   std::uint32_t neighbors = 48;
   float neighbor_price = 0.01f;  // times the neighbors' mean squared distance from that shape
+  // The estimate is moved to the frame's points. Price of the squared changes of its weights:
+  float correction_price = 0.01f;  // times its samples' mean squared distance from it
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual
   float residual_rank = 0.2f;
   float sharpness = 8;  // of the Plausibility

@@ -17,6 +17,8 @@ class CandidateWeights {
   /// without what the history counts, length unit. Sets the lists and the spread of `result`. Does not allocate.
   void weigh(const EstimateProblem& problem, std::span<const float> alone, const ShapeEstimate& estimate,
              SurfaceFit& result) noexcept;
+  /// Ranks the same candidates again, by these distances from the estimate.
+  void rank(std::span<const float> from_estimate, SurfaceFit& result) noexcept;
 
   /// Best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {
@@ -39,7 +41,6 @@ class CandidateWeights {
   [[nodiscard]] double time_variance() const noexcept { return time_variance_; }
 
  private:
-  void rank(std::span<const float> from_estimate, SurfaceFit& result) noexcept;
   void set_spread(std::span<const float> alone, const ShapeEstimate& estimate, SurfaceFit& result) noexcept;
   void set_plausibilities() noexcept;
   [[nodiscard]] bool are_several_plausible(std::span<const float> from_best) const noexcept;

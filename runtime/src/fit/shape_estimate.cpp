@@ -37,6 +37,7 @@ ShapeEstimate::ShapeEstimate(const ModelView& model, const ShapeRegression& regr
       prices_(neighbors_.capacity()),
       neighbor_ridge_(neighbors_.capacity()),
       samples_(std::max<std::size_t>(most, neighbors_.capacity())),
+      numbers_(samples_.size()),
       estimate_landmarks_(shapes_.size()) {}
 
 void ShapeEstimate::begin(const EstimateProblem& problem) noexcept {
@@ -59,6 +60,20 @@ void ShapeEstimate::follow(const ShapePrediction& prediction) noexcept {
     move_toward(prediction);
     use_neighbors();
   }
+  measure_candidates();
+}
+
+void ShapeEstimate::reweigh(std::span<const float> weights) noexcept {
+  const std::size_t count_used = used_;
+  const double time = time_s_;
+  clear();
+  for (std::size_t i = 0; i < count_used; ++i)
+    use(numbers_[i], weights[i], shapes_.of(numbers_[i], problem_.reads_copies, buffer(count())));
+  time_s_ = time;
+  measure_candidates();
+}
+
+void ShapeEstimate::measure_candidates() noexcept {
   for (std::size_t i = 0; i < count(); ++i)
     from_estimate_[i] = shapes_.mean_distance(landmarks_[i], estimate_landmarks_);
 }
@@ -104,6 +119,7 @@ void ShapeEstimate::clear() noexcept {
 }
 
 void ShapeEstimate::use(std::uint32_t sample, float weight, std::span<const float> landmarks) noexcept {
+  numbers_[used_] = sample;
   samples_[used_++] = {model_.sample(sample), weight};
   add(weight, landmarks, estimate_landmarks_);
   if (regression_.blend > 0) add(weight, regression_.shape(sample), shape_);

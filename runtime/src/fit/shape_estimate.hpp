@@ -46,11 +46,16 @@ class ShapeEstimate {
   /// Takes the combination of candidates, moved toward the prediction. Does not allocate.
   void follow(const ShapePrediction& prediction) noexcept;
 
+  /// Replaces the weights of samples(). Their sum must be 1. The time remains. Does not allocate.
+  void reweigh(std::span<const float> weights) noexcept;
+
   /// Per candidate, in their combination.
   [[nodiscard]] std::span<const float> shares() const noexcept { return std::span(shares_).first(count()); }
   /// Residual of the combination of candidates, length unit.
   [[nodiscard]] float residual() const noexcept { return residual_; }
   [[nodiscard]] std::span<const WeightedSample> samples() const noexcept { return std::span(samples_).first(used_); }
+  /// The same samples, as numbers of the model.
+  [[nodiscard]] std::span<const std::uint32_t> numbers() const noexcept { return std::span(numbers_).first(used_); }
   /// Per candidate: mean distance of the component's nodes, length unit.
   [[nodiscard]] std::span<const float> from_best() const noexcept { return std::span(from_best_).first(count()); }
   [[nodiscard]] std::span<const float> from_estimate() const noexcept {
@@ -68,6 +73,7 @@ class ShapeEstimate {
   void use_candidates() noexcept;
   void clear() noexcept;
   void use(std::uint32_t sample, float weight, std::span<const float> landmarks) noexcept;
+  void measure_candidates() noexcept;
   void move_toward(const ShapePrediction& prediction) noexcept;
   void use_neighbors() noexcept;
   [[nodiscard]] float compare_neighbors() noexcept;
@@ -94,6 +100,7 @@ class ShapeEstimate {
   std::vector<float> offsets_, by_score_, neighbor_gram_, weights_, prices_;  // by_score_: offsets_ transposed
   RidgeProblem neighbor_ridge_;
   std::vector<WeightedSample> samples_;
+  std::vector<std::uint32_t> numbers_;     // of the same samples
   std::size_t used_ = 0;                   // of samples_
   std::vector<float> estimate_landmarks_;  // weighted sums over them, as the next two
   std::array<float, ShapeRegression::shape_scores> shape_{};

@@ -13,6 +13,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       residuals_(*views_.data(), search_, std::max<std::size_t>(search_.capacity(), most_compared)),
       gram_(search_.capacity() * search_.capacity()),
       estimate_(model, views_.data()->regression, search_.capacity(), settings),
+      correction_(model, views_.data()->camera, settings),
       pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric,
                 std::max<std::size_t>(search_.capacity(), most_compared)),
       weights_(model, search_.capacity(), max_matches, views_.data()->metric.mesh_noise, settings),
@@ -29,7 +30,7 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   search_.search(proposed, prior);
   times_.ranking = watch_.lap_ns();
   predicted_ = is_hidden() ? std::span<const float>() : residuals_.predict(search_.image().observed);
-  return fit_candidates(predicted_);
+  return fit_candidates(predicted_, &index);
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
@@ -39,7 +40,7 @@ SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSam
   return fit_candidates(image.predicted);
 }
 
-SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexcept {
+SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted, const CloudIndex* index) noexcept {
   SurfaceFit result;
   compare();
   if (const PoseBelief* prior = search_.image().prior; prior != nullptr)
@@ -51,6 +52,7 @@ SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexc
   result.estimate_residual = estimate_.residual();
   result.residual = search_.candidates()[0].distance;
   weights_.weigh(problem(), search_.residuals_alone(), estimate_, result);  // ranks, spread
+  if (index != nullptr) correct(*index, result);
   times_.estimate = watch_.lap_ns();
   judge(result);  // bound, misfit, verdict
   times_.judgment = watch_.lap_ns();
@@ -65,6 +67,14 @@ void SurfaceFitter::compare() noexcept {
   std::ranges::fill(gram, 0.0f);
   residuals_.add_products(square(views_.data()->camera.depth_step) / residuals_.filled(), gram);
   estimate_.begin(problem());
+}
+
+/// The spread and the time remain those of the uncorrected estimate, as in the frames that the bake learns from.
+void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcept {
+  const auto weights = correction_.correct(index, search_.image().observed, estimate_);
+  if (weights.empty()) return;
+  estimate_.reweigh(weights);
+  weights_.rank(estimate_.from_estimate(), result);
 }
 
 EstimateProblem SurfaceFitter::problem() const noexcept {

@@ -5,6 +5,7 @@
 #include "runtime/src/fit/candidate_weights.hpp"
 #include "runtime/src/fit/image_residuals.hpp"
 #include "runtime/src/fit/pose_fit.hpp"
+#include "runtime/src/fit/surface_correction.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea {
@@ -89,8 +90,9 @@ class SurfaceFitter {
   [[nodiscard]] ShapePrediction predict_again(std::span<const float> shares) noexcept;
 
  private:
-  SurfaceFit fit_candidates(std::span<const float> predicted) noexcept;
+  SurfaceFit fit_candidates(std::span<const float> predicted, const CloudIndex* index = nullptr) noexcept;
   void compare() noexcept;
+  void correct(const CloudIndex& index, SurfaceFit& result) noexcept;
   [[nodiscard]] std::span<const float> predict_hidden(std::span<const float> predicted) noexcept;
   [[nodiscard]] EstimateProblem problem() const noexcept;
   void judge(SurfaceFit& result) noexcept;
@@ -107,6 +109,7 @@ class SurfaceFitter {
   std::span<const float> predicted_;  // of a frame of which nothing is hidden
   std::vector<float> gram_;           // mean products of the candidates' residuals, length unit squared
   ShapeEstimate estimate_;
+  SurfaceCorrection correction_;
   PoseFit pose_fit_;
   PoseBelief pose_;
   CandidateWeights weights_;

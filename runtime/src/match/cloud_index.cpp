@@ -301,6 +301,35 @@ std::uint32_t CloudIndex::hint(const std::array<float, 3>& position) const noexc
   return cells_[rank - rank % 64 + (rank + steps) % 64].next - 1;
 }
 
+std::size_t CloudIndex::find_around(const std::array<float, 3>& position,
+                                    std::array<const Leaf*, 8>& leaves) const noexcept {
+  std::array<std::uint32_t, 3> first;  // octants, or cells that have none
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float along =
+        (position[axis] - grid_.corner[axis]) * grid_.cells_per_length * static_cast<float>(1u << grid_.halvings) -
+        0.5f;
+    if (!(along >= 0 && along < static_cast<float>((grid_.cells[axis] << grid_.halvings) - 1))) return 0;
+    first[axis] = static_cast<std::uint32_t>(along);
+  }
+  const unsigned halvings = grid_.halvings;
+  const std::size_t columns = grid_.cells[0], rows = grid_.cells[1];
+  std::array<std::uint32_t, 8> ranks;  // of occupied cells. In a loop of its own, no load waits for another
+  std::size_t occupied = 0, count = 0;
+  for (std::uint32_t corner = 0; corner < ranks.size(); ++corner) {
+    const std::uint32_t x = first[0] + (corner & 1u), y = first[1] + (corner >> 1 & 1u), z = first[2] + (corner >> 2);
+    const std::uint32_t of_cell = grid_.rank[(x >> halvings) + columns * ((y >> halvings) + rows * (z >> halvings))];
+    const std::uint32_t rank = of_cell | (x & halvings) | (y & halvings) << 1 | (z & halvings) << 2;
+    const std::uint32_t known = of_cell == CellGrid::outside ? 0 : rank;
+    ranks[occupied] = rank;
+    occupied += static_cast<std::size_t>(of_cell != CellGrid::outside) & (occupied_[known / 64] >> (known % 64));
+  }
+  for (std::size_t i = 0; i < occupied; ++i) {
+    const Leaf* const leaf = &leaves_[(cells_[ranks[i]].next - 1) / fanout];
+    if (std::find(leaves.begin(), leaves.begin() + count, leaf) == leaves.begin() + count) leaves[count++] = leaf;
+  }
+  return count;
+}
+
 void CloudIndex::enclose() noexcept {
   kernels_.fill_leaves(size_, leaves_.data(), levels_[0].data());
   std::size_t boxes = groups_of(size_);

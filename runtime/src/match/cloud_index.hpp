@@ -100,6 +100,10 @@ class CloudIndex {
     return {leaf.x[slot % fanout], leaf.y[slot % fanout], leaf.z[slot % fanout]};
   }
 
+  /// Leaves that hold the last points of the eight cells around a position, each once; their number. Points at infinity
+  /// fill the last leaf.
+  std::size_t find_around(const std::array<float, 3>& position, std::array<const Leaf*, 8>& leaves) const noexcept;
+
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
   /// Whether some cells hold very many points, which those of the cloud of a surface do not.
   [[nodiscard]] bool is_crowded() const noexcept { return tree_.is_crowded; }

@@ -3,15 +3,20 @@
 namespace lbea {
 namespace {
 
-// Of the model's landmarks of the whole mesh.
-std::vector<std::uint32_t> chosen_places(const ModelView& model) {
-  constexpr std::uint32_t most = 128;
-  const std::uint32_t landmarks = format::mesh_landmarks(model.info.nodes);
-  std::vector<std::uint32_t> places(std::min(most, landmarks));
+/// Of the nodes or, if there are any, of the model's landmarks.
+std::vector<std::uint32_t> chosen_places(const ModelView& model, LandmarkPlaces chosen) {
+  const bool is_surface = chosen == LandmarkPlaces::surface, has_landmarks = !model.landmark_positions.empty();
+  const std::uint32_t surface = format::surface_landmarks(model.info.vertices),
+                      mesh = format::mesh_landmarks(model.info.nodes);
+  const std::uint32_t all = !is_surface ? mesh : has_landmarks ? surface : model.info.vertices;
+  std::vector<std::uint32_t> places(std::min(is_surface ? 256u : 128u, all));
   for (std::uint32_t i = 0; i < places.size(); ++i) {
-    const std::uint32_t landmark = format::part_begin(i, places.size(), landmarks);
-    places[i] = model.landmark_positions.empty() ? format::part_begin(landmark, landmarks, model.info.nodes)
-                                                 : format::surface_landmarks(model.info.vertices) + landmark;
+    const std::uint32_t one = format::part_begin(i, places.size(), all);
+    if (has_landmarks)
+      places[i] = is_surface ? one : surface + one;
+    else
+      places[i] =
+          is_surface ? model.references.front().vertex_nodes[one] : format::part_begin(one, mesh, model.info.nodes);
   }
   return places;
 }
@@ -19,8 +24,8 @@ std::vector<std::uint32_t> chosen_places(const ModelView& model) {
 }  // namespace
 
 [[gnu::cold]]  // compiled for size
-ShapeLandmarks::ShapeLandmarks(const ModelView& model, std::size_t most_bytes)
-    : model_(model), code_(kernels()), places_(chosen_places(model)), stride_(format::padded(places_.size())) {
+ShapeLandmarks::ShapeLandmarks(const ModelView& model, LandmarkPlaces places, std::size_t most_bytes)
+    : model_(model), code_(kernels()), places_(chosen_places(model, places)), stride_(format::padded(places_.size())) {
   const std::size_t samples = model.info.samples;
   if (samples * size() * sizeof(float) > most_bytes) return;
   copies_.resize(samples * size());

@@ -1,4 +1,5 @@
-// Shapes of the whole component, hidden parts included, at a few of its nodes: enough for mean distances.
+// Shapes at a few nodes: of the whole component, hidden parts included, enough for mean distances; or of its observed
+// surface.
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"
@@ -8,12 +9,18 @@
 
 namespace lbea {
 
+/// Which nodes: at most 128 of the whole component, or at most 256 of the observed surface.
+enum class LandmarkPlaces : std::uint8_t { component, surface };
+
 class ShapeLandmarks {
  public:
   /// Copies those of all samples, unless that needs more than `most_bytes`.
-  explicit ShapeLandmarks(const ModelView& model, std::size_t most_bytes = std::size_t{256} << 20);
+  explicit ShapeLandmarks(const ModelView& model, LandmarkPlaces places = LandmarkPlaces::component,
+                          std::size_t most_bytes = std::size_t{256} << 20);
 
-  /// Floats of a shape: x, y and z planes, padded with zeros to whole 64-byte lines.
+  [[nodiscard]] std::size_t nodes() const noexcept { return places_.size(); }
+  /// Floats of a plane, and of a shape: x, y and z planes, padded with zeros to whole 64-byte lines.
+  [[nodiscard]] std::size_t stride() const noexcept { return stride_; }
   [[nodiscard]] std::size_t size() const noexcept { return 3 * stride_; }
   /// Of a sample; in `buffer`, of size() floats, unless copies are allowed and exist. Does not allocate.
   [[nodiscard]] std::span<const float> of(std::uint32_t sample, bool copies, std::span<float> buffer) const noexcept;

@@ -1,0 +1,223 @@
+#include "runtime/src/fit/surface_correction.hpp"
+
+#include <cstring>
+#include <numeric>
+
+namespace lbea {
+namespace {
+
+using Vector = std::array<float, 3>;
+
+float dot(const Vector& a, const Vector& b) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+typedef float Four __attribute__((vector_size(16)));
+
+Four four_at(const float* values) noexcept {
+  Four four;
+  std::memcpy(&four, values, sizeof(four));
+  return four;
+}
+void put(const Four& four, float* values) noexcept { std::memcpy(values, &four, sizeof(four)); }
+
+/// Weighted sums over points near a place, relative to it: of weights; x, y, z; xx, xy, xz, yy, yz, zz.
+class Moments {
+ public:
+  Moments(const Vector& place, float reach) noexcept : place_(place), per_square_(1 / square(reach)) {}
+  void add(const Leaf& leaf) noexcept {
+    for (std::size_t i = 0; i < CloudIndex::fanout; i += 4) {
+      const Four x = four_at(&leaf.x[i]) - place_[0], y = four_at(&leaf.y[i]) - place_[1],
+                 z = four_at(&leaf.z[i]) - place_[2];
+      const Four weight = 1 - per_square_ * (x * x + y * y + z * z), none{};
+      const auto is_near = weight > none;
+      const Four w = is_near ? weight : none, wx = w * (is_near ? x : none), wy = w * (is_near ? y : none),
+                 wz = w * (is_near ? z : none);
+      const Four terms[] = {w, wx, wy, wz, wx * x, wx * y, wx * z, wy * y, wy * z, wz * z};
+      for (std::size_t moment = 0; moment < 4; ++moment) sums_[moment] += terms[moment];
+      for (std::size_t moment = 4; moment < 10; ++moment) sums_[moment] += is_near ? terms[moment] : none;
+    }
+  }
+  [[nodiscard]] std::array<float, 10> sums() const noexcept {
+    std::array<float, 10> sums;
+    for (std::size_t moment = 0; moment < sums.size(); ++moment) {
+      const Four& of = sums_[moment];
+      sums[moment] = (of[0] + of[1]) + (of[2] + of[3]);
+    }
+    return sums;
+  }
+
+ private:
+  Vector place_;
+  float per_square_;
+  std::array<Four, 10> sums_{};
+};
+
+/// The plane through points, as their depths along a direction depend on their places across it.
+struct Plane {
+  Vector center{}, normal{};
+
+  /// With C the covariance, C^-1 d minimizes n' C n for n' d = 1. A small multiple of the identity keeps C regular for
+  /// points in a line.
+  static Plane through(const std::array<float, 10>& sums, const Vector& direction) noexcept {
+    constexpr float regular = 0.01f;
+    Plane plane;
+    for (std::size_t k = 0; k < 3; ++k) plane.center[k] = sums[1 + k] / sums[0];
+    const auto covariance = [&](std::size_t moment, std::size_t k, std::size_t m) {
+      return sums[moment] / sums[0] - plane.center[k] * plane.center[m];
+    };
+    float xx = covariance(4, 0, 0), yy = covariance(7, 1, 1), zz = covariance(9, 2, 2);
+    const float xy = covariance(5, 0, 1), xz = covariance(6, 0, 2), yz = covariance(8, 1, 2);
+    const float more = regular * (xx + yy + zz);
+    xx += more, yy += more, zz += more;
+    const Vector adjugate[3] = {{yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy},
+                                {xz * yz - xy * zz, xx * zz - xz * xz, xy * xz - xx * yz},
+                                {xy * yz - xz * yy, xy * xz - xx * yz, xx * yy - xy * xy}};
+    for (std::size_t k = 0; k < 3; ++k) plane.normal[k] = dot(adjugate[k], direction);
+    const float length = std::sqrt(dot(plane.normal, plane.normal));
+    for (float& n : plane.normal) n /= length;
+    return plane;
+  }
+};
+
+}  // namespace
+
+[[gnu::cold]]  // compiled for size
+SurfaceCorrection::SurfaceCorrection(const ModelView& model, const DepthCamera& camera, const FitSettings& settings)
+    : camera_(camera),
+      code_(kernels()),
+      price_(settings.correction_price),
+      shapes_(model, LandmarkPlaces::surface),
+      buffer_(shapes_.size()),
+      shape_(shapes_.size()),
+      normals_(shapes_.size()),
+      distances_(shapes_.stride()),
+      rows_(settings.most_combined() * shapes_.stride()),
+      gram_(std::size_t{settings.most_combined()} * settings.most_combined()),
+      products_(settings.most_combined()),
+      weights_(settings.most_combined()),
+      changes_(settings.most_combined()),
+      ridge_(settings.most_combined()) {}
+
+std::span<const float> SurfaceCorrection::correct(const CloudIndex& index, std::span<const float> observed,
+                                                  const ShapeEstimate& estimate) noexcept {
+  combine(estimate);
+  measure(index, observed);
+  if (measured_ == 0) return {};
+  weigh_robustly();
+  const float price = price_ * static_cast<float>(measured_) * set_rows(estimate);
+  if (!(price >= std::numeric_limits<float>::min())) return {};  // all samples have the same shape
+  return solve(estimate.samples(), price);
+}
+
+/// Sets the estimate's nodes.
+void SurfaceCorrection::combine(const ShapeEstimate& estimate) noexcept {
+  std::ranges::fill(shape_, 0.0f);
+  for (std::size_t k = 0; k < estimate.samples().size(); ++k) {
+    const float* const of_sample = landmarks(estimate.numbers()[k]).data();
+    const float weight = estimate.samples()[k].weight;
+    for (std::size_t i = 0; i < shape_.size(); i += 4)
+      put(four_at(&shape_[i]) + weight * four_at(&of_sample[i]), &shape_[i]);
+  }
+}
+
+void SurfaceCorrection::measure(const CloudIndex& index, std::span<const float> observed) noexcept {
+  std::ranges::fill(normals_, 0.0f);
+  std::ranges::fill(distances_, 0.0f);
+  measured_ = 0;
+  for (std::size_t i = 0; i < shapes_.nodes(); ++i) measure(i, index, observed);
+}
+
+/// Sets the normal and the distance of a node, unless the frame shows no plane near its line of sight.
+void SurfaceCorrection::measure(std::size_t node, const CloudIndex& index, std::span<const float> observed) noexcept {
+  constexpr float reach = 4, farthest = 2, width = 0.7f;  // in cells: along the line of sight, from a plane, of a plane
+  constexpr float fewest = 4;                             // points, weighted
+  constexpr float off_center = 0.25f;                     // in widths: the points of an edge lie on one side
+  const std::size_t stride = shapes_.stride();
+  const auto& T = camera_.T_reference_sensor;
+  Vector sight, place;  // sight: from the eye
+  for (std::size_t k = 0; k < 3; ++k) sight[k] = shape_[k * stride + node] - T[4 * k + 3];
+  const float depth = dot(sight, {T[2], T[6], T[10]}), cell = depth / camera_.focal;
+  const float farther = depth_at(sight, depth, observed) - depth;
+  if (!(std::abs(farther) < reach * cell)) return;
+  for (std::size_t k = 0; k < 3; ++k) place[k] = shape_[k * stride + node] + sight[k] * farther / depth;
+  Moments moments(place, width * cell);
+  std::array<const Leaf*, 8> leaves;
+  const std::size_t count = index.find_around(place, leaves);
+  for (std::size_t i = 0; i < count; ++i) moments.add(*leaves[i]);
+  const auto sums = moments.sums();
+  if (!(sums[0] >= fewest)) return;
+  const Plane plane = Plane::through(sums, sight);
+  const float along = dot(plane.center, sight),
+              across = dot(plane.center, plane.center) - along * along / dot(sight, sight);
+  const float distance = dot(plane.normal, plane.center) + dot(plane.normal, sight) * farther / depth;
+  if (!(across < square(off_center * width * cell) && std::abs(distance) < farthest * cell)) return;
+  for (std::size_t k = 0; k < 3; ++k) normals_[k * stride + node] = plane.normal[k];
+  distances_[node] = distance;
+  ++measured_;
+}
+
+/// Of the frame, in the node's cell; not a number if that is empty.
+float SurfaceCorrection::depth_at(const Vector& sight, float depth, std::span<const float> observed) const noexcept {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  const auto& T = camera_.T_reference_sensor;
+  const float column = camera_.center_column + camera_.focal * dot(sight, {T[0], T[4], T[8]}) / depth,
+              row = camera_.center_row + camera_.focal * dot(sight, {T[1], T[5], T[9]}) / depth;
+  if (!(depth > 0 && column >= 0 && column < static_cast<float>(camera_.columns) && row >= 0 &&
+        row < static_cast<float>(camera_.rows)))
+    return none;
+  const float steps = observed[static_cast<std::size_t>(row) * camera_.columns + static_cast<std::size_t>(column)];
+  return steps < 0 ? none : camera_.depth_origin + camera_.depth_step * steps;
+}
+
+/// Multiplies the equations by the roots of Cauchy weights.
+void SurfaceCorrection::weigh_robustly() noexcept {
+  constexpr float means = 1.5f;
+  float sum = 0;
+  for (const float distance : distances_) sum += std::abs(distance);
+  const float scale = std::max(means * sum / static_cast<float>(measured_), std::numeric_limits<float>::min());
+  const std::size_t stride = shapes_.stride();
+  for (std::size_t i = 0; i < stride; ++i) {
+    const float root = 1 / std::sqrt(1 + square(distances_[i] / scale));
+    distances_[i] *= root;
+    for (std::size_t axis = 0; axis < 3; ++axis) normals_[axis * stride + i] *= root;
+  }
+}
+
+/// Returns the samples' mean squared distance from the estimate.
+float SurfaceCorrection::set_rows(const ShapeEstimate& estimate) noexcept {
+  const std::size_t stride = shapes_.stride(), samples = estimate.samples().size();
+  Four squares{};
+  for (std::size_t s = 0; s < samples; ++s) {
+    const float* const of_sample = landmarks(estimate.numbers()[s]).data();
+    for (std::size_t i = 0; i < stride; i += 4) {
+      Four change{};
+      for (std::size_t k = i; k < 3 * stride; k += stride) {
+        const Four offset = four_at(&of_sample[k]) - four_at(&shape_[k]);
+        change += four_at(&normals_[k]) * offset;
+        squares += offset * offset;
+      }
+      put(change, &row(s)[i]);
+    }
+  }
+  return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples * shapes_.nodes());
+}
+
+std::span<const float> SurfaceCorrection::solve(std::span<const WeightedSample> before, float price) noexcept {
+  const std::size_t k = before.size(), stride = shapes_.stride();
+  for (std::size_t i = 0; i < k; ++i) {
+    code_.project(rows_.data(), i + 1, stride, row(i).data(), products_.data());
+    for (std::size_t j = 0; j <= i; ++j) gram_[i * k + j] = gram_[j * k + i] = products_[j];
+  }
+  code_.project(rows_.data(), k, stride, distances_.data(), products_.data());
+  const auto changes = std::span(changes_).first(k);
+  std::ranges::copy(std::span(products_).first(k), changes.begin());
+  const auto weights = std::span(weights_).first(k);  // first the prices
+  std::ranges::fill(weights, price);
+  ridge_.factorize(gram_, k, weights);
+  ridge_.substitute(changes);
+  const double all = std::reduce(changes.begin(), changes.end());
+  for (std::size_t i = 0; i < k; ++i)
+    weights[i] = static_cast<float>((1 - all) * double{before[i].weight} + changes[i]);
+  return weights;
+}
+
+}  // namespace lbea

@@ -1,0 +1,140 @@
+// The estimate is moved to the frame's points: shapes that are combinations of the samples are then met, where their
+// depth images alone tell less.
+#include "runtime/src/fit/surface_fit.hpp"
+#include "tests/runtime/brute_force.hpp"
+#include "tests/runtime/seen_plates.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace lbea;
+using namespace lbea::bake;
+using namespace lbea::test;
+
+namespace {
+
+/// Fits frames of plates with a price of the correction; one so high that no weight changes is no correction.
+class PlateFit {
+ public:
+  static constexpr float unaffordable = 1e12f;
+
+  PlateFit(const Model& model, float price) : model_(model), fitter_(model.view(), views_of(model), 1, priced(price)) {
+    for (std::uint32_t s = 0; s < model.samples(); ++s) all_.push_back({s, 0});
+  }
+  SurfaceFit fit(std::span<const Point> points) {
+    CloudIndex index(envelope_grid(model_.view().envelope), static_cast<std::uint32_t>(points.size()));
+    index.build(points, rig_above().T_reference_sensor);
+    return fitter_.fit(index, all_);
+  }
+  /// Mean distance of the estimate's nodes from the plate that is bent by `angle`.
+  double error(double angle, double hidden_from = 1e9) {
+    const std::vector<float> truth = bent(angle);
+    std::vector<Point> points = seen(truth, {.sigma = 0.1f});
+    std::erase_if(points, [&](const Point& p) { return double{p.x} > hidden_from; });
+    std::vector<double> mesh(truth.size(), 0.0);
+    for (const auto& [sample, weight] : fit(points).estimate) {
+      const auto positions = model_.node_positions(model_.sample_index(sample));
+      for (std::size_t i = 0; i < mesh.size(); ++i) mesh[i] += double{weight} * double{positions[i]};
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < mesh.size(); i += 3)
+      sum += std::hypot(mesh[i] - double{truth[i]}, mesh[i + 1] - double{truth[i + 1]},
+                        mesh[i + 2] - double{truth[i + 2]});
+    return 3 * sum / static_cast<double>(mesh.size());
+  }
+
+ private:
+  static SensorViews views_of(const Model& model) { return SensorViews::baked_into(model); }
+  static FitSettings priced(float price) {
+    FitSettings settings;
+    settings.correction_price = price;
+    return settings;
+  }
+
+  const Model& model_;
+  SurfaceFitter fitter_;
+  std::vector<RankedSample> all_;
+};
+
+float sum_of_weights(std::span<const WeightedSample> estimate) {
+  float sum = 0;
+  for (const WeightedSample& one : estimate) sum += one.weight;
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("estimates that are moved to the frame's points are nearer to shapes between the samples") {
+  const AlignedBytes bytes = seen_plates_model(3, 4);
+  const Model model = Model::view(bytes.span());
+  PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
+  for (const double hidden_from : {1e9, 30.0}) {  // also with a third hidden
+    double after = 0, before = 0;
+    for (double angle = 0.3; angle < 0.97; angle += 0.02) {
+      after += corrected.error(angle, hidden_from);
+      before += uncorrected.error(angle, hidden_from);
+    }
+    CAPTURE(hidden_from);
+    CAPTURE(before / 34);
+    CHECK(after / 34 < 0.8 * before / 34);
+  }
+}
+
+TEST_CASE("the correction keeps the sum of the weights, and the spread and time that the bake knows") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
+  const std::vector<Point> points = seen(bent(0.77));
+  const SurfaceFit after = corrected.fit(points), before = uncorrected.fit(points);
+  REQUIRE(after.estimate.size() == before.estimate.size());
+  CHECK(sum_of_weights(after.estimate) == doctest::Approx(1).epsilon(1e-4));
+  CHECK(after.spread == before.spread);
+  float changed = 0;
+  for (std::size_t i = 0; i < after.estimate.size(); ++i) {
+    CHECK(after.estimate[i].sample == before.estimate[i].sample);
+    changed += std::abs(after.estimate[i].weight - before.estimate[i].weight);
+  }
+  CHECK(changed > 1e-3f);
+}
+
+TEST_CASE("points far from all samples, and too few ones for a plane, move no estimate") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  const std::vector<float> truth = bent(0.77);
+  std::vector<Point> raised = seen(truth), few;
+  for (Point& p : raised) p.z -= 20;
+  for (std::size_t i = 0; i < raised.size(); i += 400) few.push_back(seen(truth)[i]);
+  for (const auto& points : {raised, few}) {
+    PlateFit corrected(model, FitSettings{}.correction_price);
+    CHECK(sum_of_weights(corrected.fit(points).estimate) == doctest::Approx(1).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("the leaves around a point hold one of its own cell, each leaf once") {
+  const auto cloud = test::random_positions(20'000, 100, 5);
+  std::vector<Point> points;
+  for (const auto& [x, y, z] : cloud) points.push_back({x, y, z});
+  for (const std::uint32_t cells : {64u, 1'000u, 100'000u}) {
+    const CellGrid grid = bounding_grid(cloud, cells);
+    CloudIndex index(grid, static_cast<std::uint32_t>(points.size()));
+    index.build(points, identity_transform);
+    std::size_t inside = 0;
+    for (std::size_t i = 0; i < cloud.size(); i += 37) {
+      std::array<const Leaf*, 8> leaves;
+      const std::size_t count = index.find_around(cloud[i], leaves);
+      if (count == 0) continue;  // beside the first or the last cells
+      ++inside;
+      std::sort(leaves.begin(), leaves.begin() + count);
+      CHECK(std::adjacent_find(leaves.begin(), leaves.begin() + count) == leaves.begin() + count);
+      bool is_own = false;
+      for (std::size_t l = 0; l < count; ++l)
+        for (std::size_t lane = 0; lane < CloudIndex::fanout; ++lane)
+          is_own |=
+              grid.rank_of({leaves[l]->x[lane], leaves[l]->y[lane], leaves[l]->z[lane]}) == grid.rank_of(cloud[i]);
+      CHECK(is_own);
+    }
+    CHECK(inside > 100);
+  }
+}
