@@ -28,6 +28,7 @@ class PlateFit {
     index.build(points, rig_above().T_reference_sensor);
     return fitter_.fit(index, all_);
   }
+  [[nodiscard]] RankedSample nearest() const { return fitter_.matches().front(); }
   /// Mean distance of the estimate's nodes from the plate that is bent by `angle`.
   double error(double angle, double hidden_from = 1e9) {
     const std::vector<float> truth = bent(angle);
@@ -83,7 +84,7 @@ TEST_CASE("estimates that are moved to the frame's points are nearer to shapes b
 }
 
 TEST_CASE("the correction keeps the sum of the weights, and the spread and time that the bake knows") {
-  const AlignedBytes bytes = seen_plates_model();
+  const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
   PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
   const std::vector<Point> points = seen(bent(0.77));
@@ -99,17 +100,24 @@ TEST_CASE("the correction keeps the sum of the weights, and the spread and time 
   CHECK(changed > 1e-3f);
 }
 
-TEST_CASE("points far from all samples, and too few ones for a plane, move no estimate") {
-  const AlignedBytes bytes = seen_plates_model();
+TEST_CASE("a corrected frame's candidates are ranked by their distance from the estimate alone") {
+  const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  const std::vector<float> truth = bent(0.77);
-  std::vector<Point> raised = seen(truth), few;
-  for (Point& p : raised) p.z -= 20;
-  for (std::size_t i = 0; i < raised.size(); i += 400) few.push_back(seen(truth)[i]);
-  for (const auto& points : {raised, few}) {
-    PlateFit corrected(model, FitSettings{}.correction_price);
-    CHECK(sum_of_weights(corrected.fit(points).estimate) == doctest::Approx(1).epsilon(1e-4));
-  }
+  PlateFit corrected(model, FitSettings{}.correction_price);
+  const SurfaceFit result = corrected.fit(seen(bent(0.77)));
+  CHECK(*std::ranges::min_element(result.ranks) == doctest::Approx(corrected.nearest().distance));
+}
+
+TEST_CASE("too few points for a plane change no weight") {
+  const AlignedBytes bytes = seen_plates_model(3, 4);
+  const Model model = Model::view(bytes.span());
+  const std::vector<Point> points = seen(bent(0.77));
+  std::vector<Point> few;
+  for (std::size_t i = 0; i < points.size(); i += 400) few.push_back(points[i]);
+  PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
+  const SurfaceFit after = corrected.fit(few), before = uncorrected.fit(few);
+  REQUIRE(after.estimate.size() == before.estimate.size());
+  for (std::size_t i = 0; i < after.estimate.size(); ++i) CHECK(after.estimate[i].weight == before.estimate[i].weight);
 }
 
 TEST_CASE("the leaves around a point hold one of its own cell, each leaf once") {

@@ -17,15 +17,15 @@ void CandidateWeights::weigh(const EstimateProblem& problem, std::span<const flo
                              const ShapeEstimate& estimate, SurfaceFit& result) noexcept {
   problem_ = problem;
   best_alone_ = static_cast<std::size_t>(std::ranges::min_element(alone) - alone.begin());
-  rank(estimate.from_estimate(), result);
+  rank(estimate.from_estimate(), settings_.residual_rank, result);
   set_spread(alone, estimate, result);
   set_plausibilities();
 }
 
-void CandidateWeights::rank(std::span<const float> from_estimate, SurfaceFit& result) noexcept {
+void CandidateWeights::rank(std::span<const float> from_estimate, float residual_rank, SurfaceFit& result) noexcept {
   by_rank_.clear();
   for (std::uint32_t i = 0; i < from_estimate.size(); ++i) {
-    const float squared = square(from_estimate[i]) + settings_.residual_rank * square(problem_.candidates[i].distance);
+    const float squared = square(from_estimate[i]) + residual_rank * square(problem_.candidates[i].distance);
     ranks_[i] = std::sqrt(squared);
     by_rank_.offer(i, squared);
   }

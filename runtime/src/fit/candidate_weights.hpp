@@ -17,8 +17,8 @@ class CandidateWeights {
   /// without what the history counts, length unit. Sets the lists and the spread of `result`. Does not allocate.
   void weigh(const EstimateProblem& problem, std::span<const float> alone, const ShapeEstimate& estimate,
              SurfaceFit& result) noexcept;
-  /// Ranks the same candidates again, by these distances from the estimate.
-  void rank(std::span<const float> from_estimate, SurfaceFit& result) noexcept;
+  /// Ranks the same candidates again, by these distances from the estimate and their residual times residual_rank.
+  void rank(std::span<const float> from_estimate, float residual_rank, SurfaceFit& result) noexcept;
 
   /// Best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept {

@@ -103,7 +103,9 @@ std::span<const float> SurfaceCorrection::correct(const CloudIndex& index, std::
   measure(index, observed);
   if (measured_ == 0) return {};
   weigh_robustly();
-  const float price = price_ * static_cast<float>(measured_) * set_rows(estimate);
+  // The fewer nodes are measured, the less they tell of the others
+  const float nodes = static_cast<float>(shapes_.nodes()), measured = static_cast<float>(measured_);
+  const float price = price_ * nodes * nodes / measured * set_rows(estimate);
   if (!(price >= std::numeric_limits<float>::min())) return {};  // all samples have the same shape
   return solve(estimate.samples(), price);
 }

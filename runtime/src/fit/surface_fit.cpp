@@ -74,7 +74,7 @@ void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcep
   const auto weights = correction_.correct(index, search_.image().observed, estimate_);
   if (weights.empty()) return;
   estimate_.reweigh(weights);
-  weights_.rank(estimate_.from_estimate(), result);
+  weights_.rank(estimate_.from_estimate(), 0, result);
 }
 
 EstimateProblem SurfaceFitter::problem() const noexcept {
