@@ -1,9 +1,7 @@
 #include "runtime/src/depth/combination.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 
 namespace lbea {
 namespace {
@@ -110,14 +108,10 @@ void RidgeProblem::factorize(std::span<const float> gram, std::size_t stride, st
     double* const row = &factor_[j * k];
     for (std::size_t i = j; i < k; ++i) row[i] = double{gram[j * stride + i]};
     row[j] += double{prices[j]};
-    for (std::size_t begin = j; begin < k; begin += block) {
-      std::array<double, block> values;
-      std::copy_n(row + begin, block, values.begin());
-      for (std::size_t m = 0; m < j; ++m) {
-        const double* const above = &factor_[m * k];
-        for (std::size_t i = 0; i < block; ++i) values[i] -= above[j] * above[begin + i];
-      }
-      std::copy_n(values.begin(), std::min(block, k - begin), row + begin);
+    for (std::size_t m = 0; m < j; ++m) {
+      const double* const above = &factor_[m * k];
+      const double factor = above[j];
+      for (std::size_t i = j; i < k; ++i) row[i] -= factor * above[i];
     }
     row[j] = std::sqrt(std::max(row[j], double{prices[j]}));
     for (std::size_t i = j + 1; i < k; ++i) row[i] /= row[j];

@@ -27,7 +27,7 @@ class SimplexProblem {
 /// factorization.
 class RidgeProblem {
  public:
-  explicit RidgeProblem(std::size_t most) : factor_(most * most + block), change_(most), ones_(most) {}
+  explicit RidgeProblem(std::size_t most) : factor_(most * most), change_(most), ones_(most) {}
   /// gram: k x stride, symmetric and positive semi-definite; prices: P, all positive; w: w0, replaced by the solution.
   /// Does not allocate.
   void solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
@@ -38,7 +38,6 @@ class RidgeProblem {
   void substitute(std::span<double> values) const noexcept;
 
  private:
-  static constexpr std::size_t block = 8;       // values of a row that are computed together, in registers
   std::vector<double> factor_, change_, ones_;  // factor_: rows of U, from the diagonal on
 };
 

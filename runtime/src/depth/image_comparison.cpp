@@ -33,14 +33,13 @@ float tolerant_difference(const DepthCamera& camera, std::span<const float> obse
   constexpr float infinity = std::numeric_limits<float>::infinity();
   const float seen = observed[cell], expected = image[cell];
   const bool is_seen = seen >= 0, is_expected = image[cell] != empty_cell;
-  float of_seen = infinity, of_expected = infinity;
-  visit_around(camera, cell, [&](std::size_t other) {  // without branches, which would be hard to predict
-    const float from_seen = std::abs(static_cast<float>(image[other]) - seen),
-                from_expected = std::abs(observed[other] - expected);
-    of_seen = std::min(of_seen, image[other] != empty_cell ? from_seen : infinity);
-    of_expected = std::min(of_expected, observed[other] >= 0 ? from_expected : infinity);
+  float of_seen = is_seen ? infinity : 0, of_expected = is_expected ? infinity : 0;
+  visit_around(camera, cell, [&](std::size_t other) {
+    if (is_seen && image[other] != empty_cell)
+      of_seen = std::min(of_seen, std::abs(static_cast<float>(image[other]) - seen));
+    if (is_expected && observed[other] >= 0) of_expected = std::min(of_expected, std::abs(observed[other] - expected));
   });
-  return std::max(is_seen ? of_seen : 0.0f, is_expected ? of_expected : 0.0f);
+  return std::max(of_seen, of_expected);
 }
 
 }  // namespace
@@ -49,7 +48,7 @@ float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const C
                          std::span<const float> observed, std::span<const std::uint16_t> image,
                          std::span<float> residuals) noexcept {
   code.subtract_depths(observed.data(), image.data(), observed.size(), prices, residuals.data());
-  const float origin = camera.depth_origin / camera.depth_step, least_width = origin / camera.focal;
+  const float origin = camera.depth_origin / camera.depth_step;
   const auto is_edge = [&](std::size_t cell) {
     const float width = (origin + std::max(observed[cell], static_cast<float>(image[cell]))) / camera.focal;
     return std::abs(residuals[cell]) > width;
@@ -57,9 +56,9 @@ float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const C
   constexpr std::size_t line = 32;
   for (std::size_t begin = 0; begin < camera.cells(); begin += line) {
     const std::size_t end = std::min(begin + line, camera.cells());
-    int wide = 0;  // most lines have no edge, and their cells are tested several at once
-    for (std::size_t cell = begin; cell < end; ++cell) wide += std::abs(residuals[cell]) > least_width ? 1 : 0;
-    for (std::size_t cell = begin; wide > 0 && cell < end; ++cell)
+    int edges = 0;  // most lines have none, and their cells are tested several at once
+    for (std::size_t cell = begin; cell < end; ++cell) edges += is_edge(cell) ? 1 : 0;
+    for (std::size_t cell = begin; edges > 0 && cell < end; ++cell)
       if (is_edge(cell))
         residuals[cell] = std::copysign(
             std::min(tolerant_difference(camera, observed, image, cell), std::abs(residuals[cell])), residuals[cell]);

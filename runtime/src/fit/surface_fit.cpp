@@ -156,9 +156,9 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
 }
 
 float SurfaceFitter::shown_share(std::uint32_t sample) const noexcept {
-  std::uint32_t shown = 0, filled = 0;  // not the 64 bits of std::count_if: more lanes
-  for (const float depth : search_.image().observed) shown += depth >= 0 ? 1u : 0u;
-  for (const std::uint16_t depth : views_.data()->of_sample(sample)) filled += depth != empty_cell ? 1u : 0u;
+  const auto shown = std::ranges::count_if(search_.image().observed, [](float depth) { return depth >= 0; });
+  const auto filled =
+      std::ranges::count_if(views_.data()->of_sample(sample), [](std::uint16_t depth) { return depth != empty_cell; });
   return static_cast<float>(shown) / std::max(static_cast<float>(filled), 1.0f);
 }
 
