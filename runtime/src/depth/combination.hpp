@@ -62,6 +62,7 @@ struct FitSettings {
   float neighbor_price = 0.01f;  // times the neighbors' mean squared distance from that shape
   // The estimate is moved to the frame's points. Price of the squared changes of its weights:
   float correction_price = 0.01f;  // times its samples' mean squared distance from it
+  float correction_shift = 3;      // in mesh noises: shift of the component that costs as much as a change by 1
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual unless the
   // estimate has been moved to the points
   float residual_rank = 0.2f;

@@ -81,10 +81,12 @@ struct Plane {
 }  // namespace
 
 [[gnu::cold]]  // compiled for size
-SurfaceCorrection::SurfaceCorrection(const ModelView& model, const DepthCamera& camera, const FitSettings& settings)
+SurfaceCorrection::SurfaceCorrection(const ModelView& model, const DepthCamera& camera, float mesh_noise,
+                                     const FitSettings& settings)
     : camera_(camera),
       code_(kernels()),
       price_(settings.correction_price),
+      shift_(settings.correction_shift * mesh_noise),
       shapes_(model, LandmarkPlaces::surface),
       buffer_(shapes_.size()),
       shape_(shapes_.size()),
@@ -93,6 +95,7 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, const DepthCamera& 
       rows_(settings.most_combined() * shapes_.stride()),
       gram_(std::size_t{settings.most_combined()} * settings.most_combined()),
       products_(settings.most_combined()),
+      shifts_(3 * std::size_t{settings.most_combined()}),
       weights_(settings.most_combined()),
       changes_(settings.most_combined()),
       ridge_(settings.most_combined()) {}
@@ -203,6 +206,37 @@ float SurfaceCorrection::set_rows(const ShapeEstimate& estimate) noexcept {
   return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples * shapes_.nodes());
 }
 
+/// A shift of the whole component is no deformation, but what the pose lacks: its three unknowns, whose columns are the
+/// normals, are eliminated from the normal equations, one after the other. A shift by shift_ costs as much as a weight
+/// of 1.
+void SurfaceCorrection::eliminate_shift(std::size_t k, float price) noexcept {
+  const std::size_t stride = shapes_.stride();
+  std::array<std::array<float, 3>, 3> matrix;
+  std::array<float, 3> constant;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float* const normals = &normals_[axis * stride];
+    code_.project(normals_.data(), 3, stride, normals, matrix[axis].data());
+    code_.project(normals, 1, stride, distances_.data(), &constant[axis]);
+    code_.project(rows_.data(), k, stride, normals, &shifts_[axis * k]);
+    matrix[axis][axis] += price / square(shift_);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float* const row = &shifts_[axis * k];
+    const float pivot = matrix[axis][axis];
+    for (std::size_t i = 0; i < k; ++i) {
+      const float factor = row[i] / pivot;
+      for (std::size_t j = 0; j < k; ++j) gram_[i * k + j] -= factor * row[j];
+      products_[i] -= factor * constant[axis];
+    }
+    for (std::size_t other = axis + 1; other < 3; ++other) {
+      const float factor = matrix[other][axis] / pivot;
+      for (std::size_t m = axis; m < 3; ++m) matrix[other][m] -= factor * matrix[axis][m];
+      for (std::size_t i = 0; i < k; ++i) shifts_[other * k + i] -= factor * row[i];
+      constant[other] -= factor * constant[axis];
+    }
+  }
+}
+
 std::span<const float> SurfaceCorrection::solve(std::span<const WeightedSample> before, float price) noexcept {
   const std::size_t k = before.size(), stride = shapes_.stride();
   for (std::size_t i = 0; i < k; ++i) {
@@ -210,13 +244,14 @@ std::span<const float> SurfaceCorrection::solve(std::span<const WeightedSample> 
     for (std::size_t j = 0; j <= i; ++j) gram_[i * k + j] = gram_[j * k + i] = products_[j];
   }
   code_.project(rows_.data(), k, stride, distances_.data(), products_.data());
+  eliminate_shift(k, price);
   const auto changes = std::span(changes_).first(k);
   std::ranges::copy(std::span(products_).first(k), changes.begin());
   const auto weights = std::span(weights_).first(k);  // first the prices
   std::ranges::fill(weights, price);
   ridge_.factorize(gram_, k, weights);
   ridge_.substitute(changes);
-  const double all = std::reduce(changes.begin(), changes.end());
+  const double all = std::accumulate(changes.begin(), changes.end(), 0.0);
   for (std::size_t i = 0; i < k; ++i)
     weights[i] = static_cast<float>((1 - all) * double{before[i].weight} + changes[i]);
   return weights;
