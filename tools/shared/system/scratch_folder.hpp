@@ -1,11 +1,11 @@
 // A temporary folder of this process.
 #pragma once
 
+#include "adapters/files/system_files.hpp"
+
 #include <lbea/lbea.hpp>
 
-#include <cstdlib>
 #include <filesystem>
-#include <string>
 
 namespace lbea::tool {
 
@@ -15,10 +15,9 @@ class ScratchFolder {
   explicit ScratchFolder(const std::filesystem::path& parent = std::filesystem::temp_directory_path()) {
     std::error_code error;
     std::filesystem::create_directories(parent, error);
-    std::string name = (parent / ".lbea-XXXXXX").string();
-    if (error || ::mkdtemp(name.data()) == nullptr)
+    if (!error) path_ = io::system::create_temporary_folder(parent);
+    if (path_.empty())
       throw Error(Status::write_failed, parent.string() + ": cannot create a folder in it; choose another one");
-    path_ = name;
   }
   ~ScratchFolder() {
     std::error_code ignored;
