@@ -27,7 +27,9 @@ class PlateFit {
   SurfaceFit fit(std::span<const Point> points) {
     CloudIndex index(envelope_grid(model_.view().envelope), static_cast<std::uint32_t>(points.size()));
     index.build(points, rig_above().T_reference_sensor);
-    return fitter_.fit(index, all_);
+    SurfaceFit result = fitter_.fit(index, all_);
+    fitter_.correct(index, result);
+    return result;
   }
   [[nodiscard]] RankedSample nearest() const { return fitter_.matches().front(); }
   /// Mean distance of the estimate's nodes from the plate that is bent by `angle`.

@@ -206,9 +206,8 @@ float SurfaceCorrection::set_rows(const ShapeEstimate& estimate) noexcept {
   return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples * shapes_.nodes());
 }
 
-/// A shift of the whole component is no deformation, but what the pose lacks: its three unknowns, whose columns are the
-/// normals, are eliminated from the normal equations, one after the other. A shift by shift_ costs as much as a weight
-/// of 1.
+/// A shift of the whole component is an error of the pose, not a deformation. Its three unknowns, whose columns are the
+/// normals, are eliminated from the normal equations. A shift by shift_ costs as much as a weight of 1.
 void SurfaceCorrection::eliminate_shift(std::size_t k, float price) noexcept {
   const std::size_t stride = shapes_.stride();
   std::array<std::array<float, 3>, 3> matrix;

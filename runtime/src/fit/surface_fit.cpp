@@ -30,7 +30,7 @@ SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSam
   search_.search(proposed, prior);
   times_.ranking = watch_.lap_ns();
   predicted_ = is_hidden() ? std::span<const float>() : residuals_.predict(search_.image().observed);
-  return fit_candidates(predicted_, &index);
+  return fit_candidates(predicted_);
 }
 
 SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept {
@@ -40,7 +40,7 @@ SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSam
   return fit_candidates(image.predicted);
 }
 
-SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted, const CloudIndex* index) noexcept {
+SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexcept {
   SurfaceFit result;
   compare();
   if (const PoseBelief* prior = search_.image().prior; prior != nullptr)
@@ -52,7 +52,6 @@ SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted, const
   result.estimate_residual = estimate_.residual();
   result.residual = search_.candidates()[0].distance;
   weights_.weigh(problem(), search_.residuals_alone(), estimate_, result);  // ranks, spread
-  if (index != nullptr) correct(*index, result);
   times_.estimate = watch_.lap_ns();
   judge(result);  // bound, misfit, verdict
   times_.judgment = watch_.lap_ns();
@@ -69,7 +68,6 @@ void SurfaceFitter::compare() noexcept {
   estimate_.begin(problem());
 }
 
-/// The spread and the time remain those of the uncorrected estimate, as in the frames that the bake learns from.
 void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcept {
   const auto weights = correction_.correct(index, search_.image().observed, estimate_);
   if (weights.empty()) return;

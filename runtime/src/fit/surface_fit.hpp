@@ -30,6 +30,9 @@ class SurfaceFitter {
                  const FramePrior& prior = {}) noexcept;
   /// The same for the frame's depth image, by the proposed samples alone: see CandidateSearch.
   SurfaceFit fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
+  /// Moves the estimate of the latest fit to the points of its index, and ranks the candidates again. Spread, time and
+  /// verdict remain those of the uncorrected estimate, as in the frames that the bake learns from. Does not allocate.
+  void correct(const CloudIndex& index, SurfaceFit& result) noexcept;
 
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return weights_.matches(); }
@@ -90,9 +93,8 @@ class SurfaceFitter {
   [[nodiscard]] ShapePrediction predict_again(std::span<const float> shares) noexcept;
 
  private:
-  SurfaceFit fit_candidates(std::span<const float> predicted, const CloudIndex* index = nullptr) noexcept;
+  SurfaceFit fit_candidates(std::span<const float> predicted) noexcept;
   void compare() noexcept;
-  void correct(const CloudIndex& index, SurfaceFit& result) noexcept;
   [[nodiscard]] std::span<const float> predict_hidden(std::span<const float> predicted) noexcept;
   [[nodiscard]] EstimateProblem problem() const noexcept;
   void judge(SurfaceFit& result) noexcept;

@@ -17,6 +17,7 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
     }
     s.fit(result);                // Method::fit: the depth images decide
   } while (s.move_pose(result));  // again with a better pose
+  s.correct(result);              // fit: the estimate moves to the points
   s.cover(result);                // share of the best sample's surface that the frame shows
   s.remember(result);             // for the next frames of the test
   s.publish(result);
@@ -92,6 +93,15 @@ void Matcher::State::fit(MatchResult& result, bool estimates_pose) noexcept {
       {has_pose ? &prior : nullptr, history ? &expectation : nullptr, history ? &history->hidden : nullptr});
   result.elapsed_ns.fit += watch.lap_ns();
   fitter->add_times(result.elapsed_ns);
+}
+
+void Matcher::State::correct(MatchResult& result) noexcept {
+  if (!fitter) return;
+  watch.lap_ns();
+  fitter->correct(index, result.fit);
+  const std::uint32_t taken = watch.lap_ns();
+  result.elapsed_ns.fit += taken;
+  result.elapsed_ns.estimate += taken;
 }
 
 bool Matcher::State::move_pose(MatchResult& result) noexcept {

@@ -43,6 +43,7 @@ struct Matcher::State {
   void search(MatchResult& result) noexcept;
   /// estimates_pose: by this frame, if the history does.
   void fit(MatchResult& result, bool estimates_pose = true) noexcept;
+  void correct(MatchResult& result) noexcept;
   /// Whether the frame moved the pose, so that it has to be matched again.
   [[nodiscard]] bool move_pose(MatchResult& result) noexcept;
   void remember(MatchResult& result) noexcept;

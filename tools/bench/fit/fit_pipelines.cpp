@@ -58,7 +58,8 @@ class FitPipeline : public Pipeline {
       Answer answer = proposes ? Answer{} : proposer->answer(frame);
       index.build(frame.points, T_reference_sensor);
       image.build(index);
-      const SurfaceFit fit = fitter.fit(index, answer.ranked);
+      SurfaceFit fit = fitter.fit(index, answer.ranked);
+      fitter.correct(index, fit);
       const MatchResult result = matcher.match(frame);
       if (!std::ranges::equal(result.fit.candidates, fit.candidates, {}, &Match::distance, &Match::distance) ||
           !std::ranges::equal(result.fit.estimate, fit.estimate, {}, &WeightedSample::weight, &WeightedSample::weight))
