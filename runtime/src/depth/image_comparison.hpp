@@ -88,6 +88,10 @@ class ThinnedImages {
   void propose(std::span<const float> observed, SelectedSamples& best) noexcept;
   /// The same, and the best ones by the whole frame, of which cells that are not_observed are empty.
   void propose(std::span<const float> observed, BestSamples& best, SelectedSamples& by_whole) noexcept;
+  /// The least of these times of the samples that explain the frame: their mean squares are at most `excess` times the
+  /// sum of the least one and `noise`. Infinite without images. Does not allocate.
+  [[nodiscard]] double earliest_explaining(std::span<const float> observed, std::span<const double> times, float excess,
+                                           float noise) noexcept;
 
  private:
   static constexpr std::size_t most_bytes = std::size_t{256} << 20;

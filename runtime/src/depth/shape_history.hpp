@@ -41,7 +41,12 @@ struct FrameExpectation {
   const EarlierShape* earlier = nullptr;
   TimeBelief time{};      // of similar samples, in theirs
   TimeBelief latest{};    // see TestClock
-  bool is_first = false;  // of the test: `latest` holds only if the frame may show the undeformed component
+  bool is_first = false;  // of the test: `latest` is still relative to what the frame may show at the earliest
+
+  /// Of a first frame. earliest_s: time since the impact that it may show; infinite: not known.
+  void begin_at(double earliest_s) noexcept {
+    latest = std::isfinite(earliest_s) ? TimeBelief{latest.mean_s + earliest_s, latest.variance} : TimeBelief{};
+  }
 };
 
 /// How unlikely samples are by what is known before: negative logarithms of probabilities, up to a constant.

@@ -35,7 +35,8 @@ void TestClock::add(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
   constexpr double least_deviations = 2;  // an undeformed component may look like several of the first states
   if (is_started_)
     update(seconds_between(first_ns_, stamp_ns), time);
-  else if (time.mean_s >= std::max(times_.interval_s, least_deviations * std::sqrt(time.variance)) && !is_late(time))
+  else if (time.mean_s >= std::max(times_.interval_s, least_deviations * std::sqrt(time.variance)) &&
+           !times_.is_late(time.mean_s))
     start(stamp_ns, time);
 }
 
@@ -67,7 +68,7 @@ void TestClock::update(double since_first, const TimeBelief& time) noexcept {
   }
   contradictions_ = 0;
   // Frames in quick succession have the same errors.
-  if (is_late(time) || std::abs(since_first - last_) < times_.interval_s / 2) return;
+  if (times_.is_late(time.mean_s) || std::abs(since_first - last_) < times_.interval_s / 2) return;
   last_ = since_first;
   impact_ += PH[0] / variance * innovation;
   share_ += PH[1] / variance * innovation;
@@ -92,10 +93,10 @@ TimeBelief TestClock::of_samples(std::int64_t stamp_ns) const noexcept {
   return time;
 }
 
-void TestClock::begin(std::int64_t stamp_ns, bool may_be_undeformed) noexcept {
+void TestClock::begin(std::int64_t stamp_ns, double earliest_s) noexcept {
   if (has_begun_) return;
   has_begun_ = true;
-  begins_undeformed_ = may_be_undeformed;
+  earliest_s_ = earliest_s;
   begin_ns_ = stamp_ns;
 }
 
@@ -103,8 +104,8 @@ TimeBelief TestClock::latest(std::int64_t stamp_ns) const noexcept {
   constexpr double deviation = 0.1;  // durations
   if (!(variation_ > 0) || has_started_) return {};
   const double passed = has_begun_ ? seconds_between(begin_ns_, stamp_ns) : 0;
-  if (has_begun_ && !(begins_undeformed_ && passed > 0)) return {};  // frames without stamps have no clock
-  return {passed, square(deviation * times_.duration_s)};
+  if (has_begun_ && !(std::isfinite(earliest_s_) && passed > 0)) return {};  // frames without stamps have no clock
+  return {has_begun_ ? earliest_s_ + passed : 0, square(deviation * times_.duration_s)};
 }
 
 }  // namespace lbea

@@ -18,6 +18,8 @@ struct EnsembleTimes {
   double impact_s = 0;                    // the first state
   double duration_s = 0, interval_s = 0;  // of a simulation; mean between its states
 
+  /// After a third of the simulations, the times of similar samples vary too much to be evidence. since_s: the impact.
+  [[nodiscard]] bool is_late(double since_s) const noexcept { return since_s > duration_s / 3; }
   [[nodiscard]] static EnsembleTimes of(const ModelView& model) noexcept;
 };
 
@@ -45,20 +47,19 @@ class TestClock {
   /// The impact's stamp is known; frames do not change it.
   void set_impact(std::int64_t stamp_ns) noexcept;
   /// time: since the impact, of the samples that explain the frame at stamp_ns. Frames that show no deformation are no
-  /// evidence, nor those after a third of the simulations: their times vary too much.
+  /// evidence, nor those of late times.
   void add(std::int64_t stamp_ns, const TimeBelief& time) noexcept;
   /// Time since the impact at a stamp.
   [[nodiscard]] TimeBelief since_impact(std::int64_t stamp_ns) const noexcept;
   /// The same, of the samples that are similar to a frame at a stamp.
   [[nodiscard]] TimeBelief of_samples(std::int64_t stamp_ns) const noexcept;
-  /// The first frame of a test that shows more than a few points, and whether it may show the undeformed component;
-  /// later ones change nothing.
-  void begin(std::int64_t stamp_ns, bool may_be_undeformed) noexcept;
+  /// The first frame of a test that shows more than a few points, and the time since the impact that it may show at the
+  /// earliest; infinite: not known. Later frames change nothing.
+  void begin(std::int64_t stamp_ns, double earliest_s) noexcept;
   [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
-  /// Upper bound, with its variance, of the time of the samples that are similar to a frame at a stamp: if the first
-  /// frame of a test may show the undeformed component, the impact was shortly before it at the earliest. Without the
-  /// bound, what hides the part that deforms first looks like a deformation. Not known once a frame shows a
-  /// deformation.
+  /// Upper bound, with its variance, of the time of the samples that are similar to a frame at a stamp: a test begins
+  /// as early as its first frame allows. Before begin(), relative to that time. Without the bound, what hides the part
+  /// that deforms first looks like a deformation. Not known once a frame shows a deformation.
   [[nodiscard]] TimeBelief latest(std::int64_t stamp_ns) const noexcept;
 
  private:
@@ -70,14 +71,14 @@ class TestClock {
   void update(double since_first, const TimeBelief& time) noexcept;
   /// Of a time that a frame shows, but for the share and the frame's own uncertainty.
   [[nodiscard]] double variance_at(double time_s) const noexcept;
-  [[nodiscard]] bool is_late(const TimeBelief& time) const noexcept { return time.mean_s > times_.duration_s / 3; }
 
   EnsembleTimes times_;
   double variation_;
   bool is_known_ = false, is_started_ = false;
   bool has_started_ = false;  // in this test, even if contradicted since
-  bool has_begun_ = false, begins_undeformed_ = false;
+  bool has_begun_ = false;
   std::int64_t begin_ns_ = 0;         // stamp of the test's first frame
+  double earliest_s_ = 0;             // time since the impact that it may show
   std::int64_t first_ns_ = 0;         // stamp of the first frame that shows a deformation
   double last_ = 0;                   // since then: the last frame that counted
   double impact_ = 0, share_ = 0;     // the impact, since first_ns_; relative error of simulation times

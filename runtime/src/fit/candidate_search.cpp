@@ -23,7 +23,7 @@ CandidateSearch::CandidateSearch(const ModelView& model, const DepthImages& imag
       images_(images),
       settings_(settings),
       code_(kernels()),
-      impact_s_(EnsembleTimes::of(model).impact_s),
+      times_(EnsembleTimes::of(model)),
       frame_(images.camera),
       surroundings_(images.camera),
       limited_(padded_cells(images.camera)),
@@ -48,8 +48,8 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
   reads_copies_ = true;
   image_ = {.observed = limited_, .is_hidden = true, .prior = prior.pose, .points = frame_.points()};
   FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
-  may_be_undeformed_ = expectation.is_first && is_explained_undeformed();
-  if (expectation.is_first && !may_be_undeformed_) expectation.latest = {};
+  earliest_s_ = expectation.is_first ? earliest_explaining() : std::numeric_limits<double>::infinity();
+  if (expectation.is_first) expectation.begin_at(earliest_s_);
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
   if (!proposes()) {
     assess(proposed, expected);
@@ -61,7 +61,7 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
       is_explained_with(*prior.hidden, most)) {
     image_.observed = known_;
     image_.knows_hidden = true;
-  } else if (assess(by_thinned_.selected(capacity()), expected); rank(frame_.cells()) <= most) {
+  } else if (is_explained_whole(expected, most)) {
     image_.observed = frame_.cells();
     image_.is_hidden = false;
     return;
@@ -69,6 +69,13 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
   thinned_.propose(image_.observed, by_thinned_);
   assess(by_thinned_.selected(capacity()), expected);
   rank_image();
+}
+
+/// Whether a sample that the earlier frames allow explains the whole frame. Ranks the samples proposed by it.
+bool CandidateSearch::is_explained_whole(const FrameExpectation* expected, float most) noexcept {
+  assess(by_thinned_.selected(capacity()), expected);
+  const float least = rank(frame_.cells());
+  return least + price(sample(0)) <= most;
 }
 
 void CandidateSearch::assess(std::span<const RankedSample> proposed, const FrameExpectation* expected) noexcept {
@@ -89,16 +96,12 @@ float CandidateSearch::most_explained(float limited) const noexcept {
   return settings_.hidden * (limited + square(images_.metric.mesh_noise / images_.camera.depth_step));
 }
 
-/// Whether an undeformed sample explains what the frame shows. Changes by_thinned_.
-bool CandidateSearch::is_explained_undeformed() noexcept {
-  if (model_.sample_times.empty() || !proposes()) return false;
-  thinned_.propose(limited_, by_thinned_);
-  const auto best = by_thinned_.selected(few_.capacity());
-  const float most = most_explained(least_residual(limited_, best.first(std::min(best.size(), few_.capacity()))));
-  return std::ranges::any_of(best, [&](const RankedSample& one) {
-    return model_.sample_times[one.sample] <= impact_s_ &&
-           mean_square(code_, limited_, images_.of_sample(one.sample).data(), ranking_.prices()) <= most;
-  });
+double CandidateSearch::earliest_explaining() noexcept {
+  if (model_.sample_times.empty()) return std::numeric_limits<double>::infinity();
+  const float noise = square(images_.metric.mesh_noise / images_.camera.depth_step);
+  const double since_impact =
+      thinned_.earliest_explaining(limited_, model_.sample_times, settings_.hidden, noise) - times_.impact_s;
+  return times_.is_late(since_impact) ? std::numeric_limits<double>::infinity() : since_impact;
 }
 
 /// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_. The samples

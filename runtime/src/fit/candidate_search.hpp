@@ -70,8 +70,9 @@ class CandidateSearch {
 
   /// Whether what was copied when this was made may be read: the bake exchanges images and shapes.
   [[nodiscard]] bool reads_copies() const noexcept { return reads_copies_; }
-  /// Whether the frame is the first of a test and an undeformed sample explains what it shows.
-  [[nodiscard]] bool may_be_undeformed() const noexcept { return may_be_undeformed_; }
+  /// Time since the impact of the earliest sample that explains what the frame shows; infinite: not known, late, or the
+  /// frame is not the first of a test.
+  [[nodiscard]] double earliest_s() const noexcept { return earliest_s_; }
   /// Adds what something may hide of the frame. Removes what the frame shows.
   void update(HiddenCells& hidden) noexcept;
 
@@ -83,7 +84,8 @@ class CandidateSearch {
   [[nodiscard]] float least_residual(std::span<const float> observed,
                                      std::span<const RankedSample> samples) const noexcept;
   [[nodiscard]] float most_explained(float limited) const noexcept;
-  [[nodiscard]] bool is_explained_undeformed() noexcept;
+  [[nodiscard]] double earliest_explaining() noexcept;
+  [[nodiscard]] bool is_explained_whole(const FrameExpectation* expected, float most) noexcept;
   [[nodiscard]] bool is_explained_with(const HiddenCells& hidden, float most) noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return ranking_.price_per_cost() * costs_[sample]; }
 
@@ -91,7 +93,7 @@ class CandidateSearch {
   const DepthImages& images_;
   FitSettings settings_;
   const Kernels& code_;
-  double impact_s_;  // in the time of the samples
+  EnsembleTimes times_;
   FrameDepthImage frame_;
   Surroundings surroundings_;
   std::vector<float> limited_;  // the frame's cells without the evidence of what it does not show
@@ -106,7 +108,8 @@ class CandidateSearch {
   std::span<const RankedSample> proposed_;
   std::vector<Match> candidates_;
   std::vector<float> residual_alone_;
-  bool reads_copies_ = false, may_be_undeformed_ = false;
+  bool reads_copies_ = false;
+  double earliest_s_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace lbea

@@ -34,7 +34,7 @@ FrameExpectation HistoryState::expectation() const noexcept {
 
 void HistoryState::see(SurfaceFitter& fitter) noexcept {
   const bool shows_enough = fitter.verdict() != Verdict::unknown;  // a few points look like any shape
-  if (shows_enough || !fitter.gives_verdicts()) clock.begin(stamp_ns, fitter.search().may_be_undeformed());
+  if (shows_enough || !fitter.gives_verdicts()) clock.begin(stamp_ns, fitter.search().earliest_s());
   if (fitter.is_explained()) fitter.update(hidden);
 }
 

@@ -22,7 +22,7 @@ struct LBEA_HIDDEN HistoryState {
   /// The frame was fitted: keeps when the test began and, if a simulation explains the frame, what is hidden of it.
   void see(SurfaceFitter& fitter) noexcept;
   /// Keeps when the test began, by a frame of several rigs.
-  void begin(std::int64_t at_ns, bool may_be_undeformed) noexcept { clock.begin(at_ns, may_be_undeformed); }
+  void begin(std::int64_t at_ns, double earliest_s) noexcept { clock.begin(at_ns, earliest_s); }
   /// What a frame that a simulation explains shows is evidence for later ones. time: of the samples, in theirs.
   void add(const EarlierShape& shape, const TimeBelief& time) noexcept;
   /// The same of the time of the frame alone.

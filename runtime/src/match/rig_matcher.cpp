@@ -59,7 +59,7 @@ MatchResult RigMatcher::State::combine() noexcept {
   Stopwatch watch;
   joint_history.begin_frame(result.stamp_ns);
   FrameExpectation expected = joint_history.expectation();
-  if (expected.is_first && !may_be_undeformed()) expected.latest = {};
+  if (expected.is_first) expected.begin_at(earliest_s());
   do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
   if (is_contradicted()) result.fit.error_90 = FitNumbers{}.error_90;
   result.elapsed_ns.fit += watch.lap_ns();
@@ -88,9 +88,13 @@ bool RigMatcher::State::move_poses() noexcept {
   return has_moved;
 }
 
-bool RigMatcher::State::may_be_undeformed() const noexcept {
-  return std::ranges::any_of(std::span(evidence).first(used),
-                             [](const RigEvidence& rig) { return rig.fitter->search().may_be_undeformed(); });
+/// Of the test's first frame: what all rigs that know it allow.
+double RigMatcher::State::earliest_s() const noexcept {
+  double earliest = -std::numeric_limits<double>::infinity();
+  for (const RigEvidence& rig : std::span(evidence).first(used))
+    if (const double by_rig = rig.fitter->search().earliest_s(); std::isfinite(by_rig))
+      earliest = std::max(earliest, by_rig);
+  return earliest;  // infinite if none knows it
 }
 
 /// Whether the rigs that are used see different shapes, or one that shows enough of the component, and on which the
@@ -197,7 +201,7 @@ bool RigMatcher::State::awaits_impact(std::size_t rig) const noexcept {
 void RigMatcher::State::remember(MatchResult& result) noexcept {
   const bool is_evidence = result.status == Status::ok && fitter.is_explained() && !is_contradicted();
   EarlierShape shown = shape_shown(result.stamp_ns, fitter.estimate(), result.fit.error_90, result.fit.spread);
-  if (fitter.verdict() != Verdict::unknown) joint_history.begin(result.stamp_ns, may_be_undeformed());
+  if (fitter.verdict() != Verdict::unknown) joint_history.begin(result.stamp_ns, earliest_s());
   if (is_evidence) joint_history.add(shown, fitter.time());
   joint_history.write_time(result.stamp_ns, result.fit);
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
