@@ -51,15 +51,18 @@ TestClock clock_of_10_ms() { return {{.impact_s = 0, .duration_s = 0.01, .interv
 
 }  // namespace
 
-TEST_CASE("the shape a tenth of a simulation ago is remembered, in a stream of any rate") {
+TEST_CASE("the shapes one to three tenths of a simulation ago are remembered, in a stream of any rate") {
   for (const std::int64_t interval : {1, 20, 100, 3000}) {  // microseconds
     ShapeHistory history(0.01);
     for (std::int64_t stamp = 0; stamp < 10 * millisecond; stamp += interval * 1000) {
-      const EarlierShape* before = history.before(stamp);
-      const std::int64_t age = before != nullptr ? stamp - before->stamp_ns : 0;
-      CHECK((before == nullptr) == (stamp < millisecond));
-      // A shape is added every 0.25 ms, or with every frame when these are farther apart.
-      if (before != nullptr) CHECK((age >= millisecond && age <= millisecond + 250'000 + 2 * interval * 1000));
+      const EarlierShapes shapes = history.before(stamp);
+      for (std::size_t i = 0; i < shapes.size(); ++i) {
+        const std::int64_t least = static_cast<std::int64_t>(i + 1) * std::max(millisecond, interval * 1000);
+        const std::int64_t age = shapes[i] != nullptr ? stamp - shapes[i]->stamp_ns : 0;
+        CHECK((shapes[i] == nullptr) == (stamp < least));
+        // A shape is added every 0.25 ms, or with every frame when these are farther apart.
+        if (shapes[i] != nullptr) CHECK((age >= least && age <= least + 250'000 + 2 * interval * 1000));
+      }
       history.add(shape_at(stamp));
     }
   }
@@ -68,18 +71,18 @@ TEST_CASE("the shape a tenth of a simulation ago is remembered, in a stream of a
 TEST_CASE("frames without stamps, of the future or of long ago are no evidence about a frame") {
   ShapeHistory history(0.01);
   for (int frame = 0; frame < 5; ++frame) {
-    CHECK(history.before(0) == nullptr);
+    CHECK(history.before(0)[0] == nullptr);
     history.add(shape_at(0));
   }
-  CHECK(history.before(-5 * millisecond) == nullptr);
-  CHECK(history.before(10 * millisecond) != nullptr);
-  CHECK(history.before(11 * millisecond) == nullptr);
+  CHECK(history.before(-5 * millisecond)[0] == nullptr);
+  CHECK(history.before(10 * millisecond)[0] != nullptr);
+  CHECK(history.before(11 * millisecond)[0] == nullptr);
   history.add(shape_at(-9 * millisecond));  // a late frame: not added
-  CHECK(history.before(5 * millisecond)->stamp_ns == 0);
+  CHECK(history.before(5 * millisecond)[0]->stamp_ns == 0);
   history.add(shape_at(-11 * millisecond));  // the clock was set back
-  CHECK(history.before(-9 * millisecond)->stamp_ns == -11 * millisecond);
+  CHECK(history.before(-9 * millisecond)[0]->stamp_ns == -11 * millisecond);
   history.reset();
-  CHECK(history.before(-9 * millisecond) == nullptr);
+  CHECK(history.before(-9 * millisecond)[0] == nullptr);
 }
 
 TEST_CASE("a sample costs as much as its simulation differed from the earlier shape") {
@@ -87,14 +90,18 @@ TEST_CASE("a sample costs as much as its simulation differed from the earlier sh
   ExpectationCosts costs(two.view, two.images.regression);
   EarlierShape earlier = shape_at(0, 1);
   earlier.scores[0] = 2.5f;  // simulation 0 at 2.5 ms
-  const FrameExpectation expected{1'500'000, &earlier, {}};
+  FrameExpectation expected{1'500'000, {&earlier}};
   costs.assess(all_samples(), &expected);
   CHECK(costs[4] == 0);                             // 4 ms less 1.5 ms: the earlier shape itself
   CHECK(costs[3] == doctest::Approx(0.25));         // by 1: the error of the earlier shape
   CHECK(costs[2] == doctest::Approx(0.25 * 4));     // by 2
   CHECK(costs[0] == doctest::Approx(0.25 * 6.25));  // before its first state a simulation does not change
   CHECK(costs[7] == doctest::Approx(0.25 * 1));     // the other one after 0.5 ms: 1.5
-  CHECK(costs[9] == 4);                             // by 5: the most
+  CHECK(costs[9] == doctest::Approx(0.25 * 25));    // by 5
+  expected.earlier[1] = &earlier;
+  costs.assess(all_samples(), &expected);
+  CHECK(costs[2] == doctest::Approx(0.25 * 8));  // the same by two shapes
+  CHECK(costs[9] == 8);                          // the most
   costs.assess(all_samples(), nullptr);
   CHECK(costs[9] == 0);
 }
@@ -102,11 +109,16 @@ TEST_CASE("a sample costs as much as its simulation differed from the earlier sh
 TEST_CASE("a sample costs as much as its time differs from that of the frame") {
   const TwoSimulations two;
   ExpectationCosts costs(two.view, two.images.regression);
-  const FrameExpectation expected{0, nullptr, {2e-3, 1e-6}};
+  const FrameExpectation expected{0, {}, {2e-3, 1e-6}};
   costs.assess(all_samples(), &expected);
   for (const std::uint32_t first : {0u, 5u})
     for (std::uint32_t state = 0; state < 5; ++state)
       CHECK(costs[first + state] == doctest::Approx(0.5 * (state - 2.0) * (state - 2.0)));
+  EarlierShape earlier = shape_at(0, 1);
+  earlier.scores[0] = 9;  // simulation 1 at 3 ms
+  const FrameExpectation contradictory{0, {&earlier}, {-1, 1e-6}};
+  costs.assess(all_samples(), &contradictory);
+  CHECK(costs[8] == 4);  // the most by the time alone
 }
 
 TEST_CASE("times count from the first state, and intervals are those between states") {
@@ -236,7 +248,7 @@ TEST_CASE("a test has not lasted longer than since shortly before its first fram
 TEST_CASE("only samples later than the latest cost") {
   const TwoSimulations two;
   ExpectationCosts costs(two.view, two.images.regression);
-  const FrameExpectation expected{0, nullptr, {}, {2e-3, 1e-6}};
+  const FrameExpectation expected{0, {}, {}, {2e-3, 1e-6}};
   costs.assess(all_samples(), &expected);
   for (std::uint32_t state = 0; state < 5; ++state)
     CHECK(costs[state] == doctest::Approx(state < 3 ? 0.0 : 0.5 * (state - 2.0) * (state - 2.0)));

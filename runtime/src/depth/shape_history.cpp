@@ -2,6 +2,8 @@
 
 #include "runtime/src/model/model_view.hpp"
 
+#include <numeric>
+
 namespace lbea {
 
 void ShapeHistory::add(const EarlierShape& shape) noexcept {
@@ -15,41 +17,52 @@ void ShapeHistory::add(const EarlierShape& shape) noexcept {
   shapes_[size_++ % shapes_.size()] = shape;
 }
 
-const EarlierShape* ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
-  for (std::size_t back = 0; back < std::min(size_, shapes_.size()); ++back) {
+EarlierShapes ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
+  EarlierShapes shapes{};
+  const double step = least_age * duration_s_;
+  std::size_t found = 0;
+  for (std::size_t back = 0; back < std::min(size_, shapes_.size()) && found < shapes.size(); ++back) {
     const double age = seconds_between(latest(back).stamp_ns, stamp_ns);
-    if (!(age >= least_age * duration_s_)) continue;
-    return age > 0 && age <= duration_s_ ? &latest(back) : nullptr;
+    if (!(age >= static_cast<double>(found + 1) * step)) continue;
+    if (!(age > 0 && age <= duration_s_)) break;
+    shapes[found++] = &latest(back);
   }
-  return nullptr;
+  return shapes;
 }
 
 ExpectationCosts::ExpectationCosts(const ModelView& model, const ShapeRegression& regression)
-    : model_(model), regression_(regression), costs_(model.sample_times.size()) {
+    : model_(model), regression_(regression), costs_(model.sample_times.size()), squared_(costs_.size()) {
   for (std::uint32_t sample = 0; sample < costs_.size(); ++sample)
     first_.push_back(sample > 0 && model.samples[sample][0] == model.samples[sample - 1][0] ? first_.back() : sample);
 }
 
 void ExpectationCosts::assess(std::span<const RankedSample> samples, const FrameExpectation* expected) noexcept {
-  constexpr double most = 4;  // a frame that contradicts the earlier ones clearly enough is believed
   is_assessed_ = expected != nullptr && !costs_.empty();
   if (!is_assessed_) return;
   for (const RankedSample& one : samples) costs_[one.sample] = 0;
-  if (expected->earlier != nullptr && regression_.blend > 0)
-    add_shape_costs(samples, *expected->earlier, seconds_between(expected->earlier->stamp_ns, expected->stamp_ns));
+  for (const EarlierShape* const earlier : expected->earlier)
+    if (earlier != nullptr && regression_.blend > 0)
+      add_shape_costs(samples, *earlier, seconds_between(earlier->stamp_ns, expected->stamp_ns));
+  float least = std::numeric_limits<float>::infinity();  // which no sample can avoid
+  for (const RankedSample& one : samples) least = std::min(least, costs_[one.sample]);
+  for (const RankedSample& one : samples) costs_[one.sample] -= least;
+  // A frame that contradicts the earlier ones clearly enough is believed, sooner if only their time says so: what hides
+  // a part at the beginning of a test makes that time wrong.
+  constexpr double most_by_time = 4, most = 8;
   for (const RankedSample& one : samples) {
-    double cost = double{costs_[one.sample]};
-    if (const TimeBelief& time = expected->time; time.variance > 0) {
-      const double difference = model_.sample_times[one.sample] - time.mean_s;
-      cost += difference * difference / (2 * time.variance);
-    }
-    if (const TimeBelief& latest = expected->latest; latest.variance > 0) {
-      const double later = std::max(model_.sample_times[one.sample] - latest.mean_s, 0.0);
-      cost += later * later / (2 * latest.variance);
-    }
+    const double by_time = time_cost(model_.sample_times[one.sample], *expected);
+    const double cost = (by_time < most_by_time ? by_time : most_by_time) + double{costs_[one.sample]};
     costs_[one.sample] =
         static_cast<float>(cost < most ? cost : most);  // also if the model has values that are not finite
   }
+}
+
+double ExpectationCosts::time_cost(double time_s, const FrameExpectation& expected) noexcept {
+  const auto cost = [](double difference, const TimeBelief& belief) {
+    return belief.variance > 0 ? difference * difference / (2 * belief.variance) : 0;
+  };
+  return cost(time_s - expected.time.mean_s, expected.time) +
+         cost(std::max(time_s - expected.latest.mean_s, 0.0), expected.latest);
 }
 
 /// The sample's simulation had, as long ago as the earlier frame, a shape that differs from that of the frame. The
@@ -59,9 +72,9 @@ void ExpectationCosts::add_shape_costs(std::span<const RankedSample> samples, co
   constexpr float weight = 0.25f;  // half of that of an independent frame: what hides a part may stay
   float least = std::numeric_limits<float>::infinity();
   for (const RankedSample& one : samples)
-    least = std::min(least, costs_[one.sample] = squared_distance_before(one.sample, earlier, age_s));
+    least = std::min(least, squared_[one.sample] = squared_distance_before(one.sample, earlier, age_s));
   const float unit = std::max(least + square(earlier.error), std::numeric_limits<float>::min());
-  for (const RankedSample& one : samples) costs_[one.sample] = weight * (costs_[one.sample] - least) / unit;
+  for (const RankedSample& one : samples) costs_[one.sample] += weight * (squared_[one.sample] - least) / unit;
 }
 
 /// Between two states the shape changes linearly; before the first one it does not.
@@ -75,9 +88,12 @@ float ExpectationCosts::squared_distance_before(std::uint32_t sample, const Earl
   const double passed = time - model_.sample_times[before];
   const auto share = static_cast<float>(interval > 0 ? std::clamp(passed / interval, 0.0, 1.0) : 0.0);
   const auto a = regression_.shape(before), b = regression_.shape(later);
-  float sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += square(a[i] + share * (b[i] - a[i]) - earlier.scores[i]);
-  return sum;
+  std::array<float, 16> sums{};  // in as many lanes
+  static_assert(ShapeRegression::shape_scores % std::tuple_size_v<decltype(sums)> == 0);
+  for (std::size_t i = 0; i < a.size(); i += sums.size())
+    for (std::size_t j = 0; j < sums.size(); ++j)
+      sums[j] += square(a[i + j] + share * (b[i + j] - a[i + j]) - earlier.scores[i + j]);
+  return std::accumulate(sums.begin(), sums.end(), 0.0f);
 }
 
 }  // namespace lbea

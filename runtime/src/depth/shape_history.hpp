@@ -14,15 +14,19 @@ struct EarlierShape {
   std::array<float, ShapeRegression::shape_scores> scores{};
 };
 
+/// Latest first; null: none.
+using EarlierShapes = std::array<const EarlierShape*, 3>;
+
 /// Frames in quick succession have the same errors: the estimate of one is no evidence for that of the next. The
-/// history therefore gives the shape that is a tenth of a simulation's duration older than the frame.
+/// history therefore gives the shapes that are one, two and three tenths of a simulation's duration older than the
+/// frame.
 class ShapeHistory {
  public:
   explicit ShapeHistory(double duration_s) noexcept : duration_s_(duration_s) {}
   void reset() noexcept { size_ = 0; }
   void add(const EarlierShape& shape) noexcept;
-  /// Null when no frame is old enough, or the last one is older than a simulation lasts.
-  [[nodiscard]] const EarlierShape* before(std::int64_t stamp_ns) const noexcept;
+  /// None that is older than a simulation lasts.
+  [[nodiscard]] EarlierShapes before(std::int64_t stamp_ns) const noexcept;
 
  private:
   static constexpr double least_age = 0.1, least_interval = 0.025;  // durations
@@ -31,14 +35,14 @@ class ShapeHistory {
   }
 
   double duration_s_;
-  std::array<EarlierShape, 8> shapes_{};  // a ring
-  std::size_t size_ = 0;                  // shapes so far
+  std::array<EarlierShape, 16> shapes_{};  // a ring
+  std::size_t size_ = 0;                   // shapes so far
 };
 
 /// What is known of a frame before it is compared.
 struct FrameExpectation {
   std::int64_t stamp_ns = 0;
-  const EarlierShape* earlier = nullptr;
+  EarlierShapes earlier{};
   TimeBelief time{};      // of similar samples, in theirs
   TimeBelief latest{};    // see TestClock
   bool is_first = false;  // of the test: `latest` is still relative to what the frame may show at the earliest
@@ -60,6 +64,7 @@ class ExpectationCosts {
   [[nodiscard]] float operator[](std::uint32_t sample) const noexcept { return is_assessed_ ? costs_[sample] : 0; }
 
  private:
+  [[nodiscard]] static double time_cost(double time_s, const FrameExpectation& expected) noexcept;
   void add_shape_costs(std::span<const RankedSample> samples, const EarlierShape& earlier, double age_s) noexcept;
   [[nodiscard]] float squared_distance_before(std::uint32_t sample, const EarlierShape& earlier,
                                               double age_s) const noexcept;
@@ -68,6 +73,7 @@ class ExpectationCosts {
   const ShapeRegression& regression_;
   std::vector<std::uint32_t> first_;  // per sample: the first one of its simulation
   std::vector<float> costs_;          // per sample
+  std::vector<float> squared_;        // per sample: distance from an earlier shape
   bool is_assessed_ = false;
 };
 
