@@ -255,17 +255,4 @@ void ThinnedImages::propose(std::span<const float> observed, BestSamples& best, 
   }
 }
 
-double ThinnedImages::earliest_explaining(std::span<const float> observed, std::span<const double> times, float excess,
-                                          float noise) noexcept {
-  double earliest = std::numeric_limits<double>::infinity();
-  if (empty()) return earliest;
-  set_frame(observed);
-  float least = std::numeric_limits<float>::infinity();
-  for (std::uint32_t s = 0; s < samples_; ++s) least = std::min(least, lines_.observed_mean(compare(s)));
-  const float most = excess * (least + noise);
-  for (std::uint32_t s = 0; s < samples_; ++s)
-    if (times[s] < earliest && lines_.observed_mean(compare(s)) <= most) earliest = times[s];
-  return earliest;
-}
-
 }  // namespace lbea

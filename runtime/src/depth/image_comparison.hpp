@@ -88,10 +88,12 @@ class ThinnedImages {
   void propose(std::span<const float> observed, SelectedSamples& best) noexcept;
   /// The same, and the best ones by the whole frame, of which cells that are not_observed are empty.
   void propose(std::span<const float> observed, BestSamples& best, SelectedSamples& by_whole) noexcept;
-  /// The least of these times of the samples that explain the frame: their mean squares are at most `excess` times the
-  /// sum of the least one and `noise`. Infinite without images. Does not allocate.
-  [[nodiscard]] double earliest_explaining(std::span<const float> observed, std::span<const double> times, float excess,
-                                           float noise) noexcept;
+  /// Calls visit(sample, mean square) with every sample. Does not allocate.
+  template <class Visit>
+  void compare_all(std::span<const float> observed, const Visit& visit) noexcept {
+    set_frame(observed);
+    for (std::uint32_t s = 0; s < samples_; ++s) visit(s, lines_.observed_mean(compare(s)));
+  }
 
  private:
   static constexpr std::size_t most_bytes = std::size_t{256} << 20;

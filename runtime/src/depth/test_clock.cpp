@@ -36,7 +36,7 @@ void TestClock::add(std::int64_t stamp_ns, const TimeBelief& time) noexcept {
   if (is_started_)
     update(seconds_between(first_ns_, stamp_ns), time);
   else if (time.mean_s >= std::max(times_.interval_s, least_deviations * std::sqrt(time.variance)) &&
-           !times_.is_late(time.mean_s))
+           time.mean_s <= times_.late_s())
     start(stamp_ns, time);
 }
 
@@ -68,7 +68,7 @@ void TestClock::update(double since_first, const TimeBelief& time) noexcept {
   }
   contradictions_ = 0;
   // Frames in quick succession have the same errors.
-  if (times_.is_late(time.mean_s) || std::abs(since_first - last_) < times_.interval_s / 2) return;
+  if (time.mean_s > times_.late_s() || std::abs(since_first - last_) < times_.interval_s / 2) return;
   last_ = since_first;
   impact_ += PH[0] / variance * innovation;
   share_ += PH[1] / variance * innovation;

@@ -18,8 +18,8 @@ struct EnsembleTimes {
   double impact_s = 0;                    // the first state
   double duration_s = 0, interval_s = 0;  // of a simulation; mean between its states
 
-  /// After a third of the simulations, the times of similar samples vary too much to be evidence. since_s: the impact.
-  [[nodiscard]] bool is_late(double since_s) const noexcept { return since_s > duration_s / 3; }
+  /// Time since the impact after which the times of similar samples vary too much to be evidence.
+  [[nodiscard]] double late_s() const noexcept { return duration_s / 3; }
   [[nodiscard]] static EnsembleTimes of(const ModelView& model) noexcept;
 };
 

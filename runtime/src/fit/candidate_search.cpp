@@ -48,8 +48,7 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
   reads_copies_ = true;
   image_ = {.observed = limited_, .is_hidden = true, .prior = prior.pose, .points = frame_.points()};
   FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
-  earliest_s_ = expectation.is_first ? earliest_explaining() : std::numeric_limits<double>::infinity();
-  if (expectation.is_first) expectation.begin_at(earliest_s_);
+  earliest_s_ = std::numeric_limits<double>::infinity();
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
   if (!proposes()) {
     assess(proposed, expected);
@@ -57,6 +56,7 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
   }
   thinned_.propose(limited_, few_, by_thinned_);
   const float most = most_explained(least_residual(limited_, few_.ranked()));
+  if (expectation.is_first) expectation.begin_at(earliest_s_ = earliest_explaining(most));
   if (prior.hidden != nullptr && prior.hidden->is_confirmed_by(frame_.cells()) &&
       is_explained_with(*prior.hidden, most)) {
     image_.observed = known_;
@@ -96,12 +96,27 @@ float CandidateSearch::most_explained(float limited) const noexcept {
   return settings_.hidden * (limited + square(images_.metric.mesh_noise / images_.camera.depth_step));
 }
 
-double CandidateSearch::earliest_explaining() noexcept {
-  if (model_.sample_times.empty()) return std::numeric_limits<double>::infinity();
-  const float noise = square(images_.metric.mesh_noise / images_.camera.depth_step);
-  const double since_impact =
-      thinned_.earliest_explaining(limited_, model_.sample_times, settings_.hidden, noise) - times_.impact_s;
-  return times_.is_late(since_impact) ? std::numeric_limits<double>::infinity() : since_impact;
+/// Of the most similar sample in each part of the first third of the simulations: the times of later ones vary too
+/// much.
+double CandidateSearch::earliest_explaining(float most) noexcept {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  constexpr std::uint8_t parts = 16;
+  if (model_.sample_times.empty()) return infinity;
+  const auto since_impact = [this](std::uint32_t sample) { return model_.sample_times[sample] - times_.impact_s; };
+  std::array<RankedSample, parts> best;
+  best.fill({0, std::numeric_limits<float>::infinity()});
+  thinned_.compare_all(limited_, [&](std::uint32_t sample, float mean) {
+    const double part = since_impact(sample) / times_.late_s() * parts;
+    if (!(part >= 0 && part < parts)) return;
+    RankedSample& one = best[static_cast<std::size_t>(part)];
+    if (mean < one.distance) one = {sample, mean};
+  });
+  const auto explains = [&](const RankedSample& one) {
+    return std::isfinite(one.distance) &&
+           mean_square(code_, limited_, images_.of_sample(one.sample).data(), ranking_.prices()) <= most;
+  };
+  const auto earliest = std::ranges::find_if(best, explains);
+  return earliest != best.end() ? since_impact(earliest->sample) : infinity;
 }
 
 /// Whether a sample explains the whole frame but for what something hid in earlier ones. Sets known_. The samples

@@ -84,7 +84,7 @@ class CandidateSearch {
   [[nodiscard]] float least_residual(std::span<const float> observed,
                                      std::span<const RankedSample> samples) const noexcept;
   [[nodiscard]] float most_explained(float limited) const noexcept;
-  [[nodiscard]] double earliest_explaining() noexcept;
+  [[nodiscard]] double earliest_explaining(float most) noexcept;
   [[nodiscard]] bool is_explained_whole(const FrameExpectation* expected, float most) noexcept;
   [[nodiscard]] bool is_explained_with(const HiddenCells& hidden, float most) noexcept;
   [[nodiscard]] float price(std::uint32_t sample) const noexcept { return ranking_.price_per_cost() * costs_[sample]; }
