@@ -1,10 +1,21 @@
 #include "runtime/src/depth/shape_history.hpp"
 
+#include "runtime/src/depth/shape_regression.hpp"
 #include "runtime/src/model/model_view.hpp"
 
-#include <numeric>
-
 namespace lbea {
+namespace {
+
+double cost_of(double difference, const TimeBelief& belief) noexcept {
+  return belief.variance > 0 ? difference * difference / (2 * belief.variance) : 0;
+}
+
+double time_cost(double time_s, const FrameExpectation& expected) noexcept {
+  return cost_of(time_s - expected.time.mean_s, expected.time) +
+         cost_of(std::max(time_s - expected.latest.mean_s, 0.0), expected.latest);
+}
+
+}  // namespace
 
 void ShapeHistory::add(const EarlierShape& shape) noexcept {
   if (size_ > 0) {
@@ -46,8 +57,8 @@ void ExpectationCosts::assess(std::span<const RankedSample> samples, const Frame
   float least = std::numeric_limits<float>::infinity();  // which no sample can avoid
   for (const RankedSample& one : samples) least = std::min(least, costs_[one.sample]);
   for (const RankedSample& one : samples) costs_[one.sample] -= least;
-  // A frame that contradicts the earlier ones clearly enough is believed, sooner if only their time says so: what hides
-  // a part at the beginning of a test makes that time wrong.
+  // A frame that clearly contradicts the earlier ones is believed. Their time counts for less: it is wrong if something
+  // hides a part when the test begins.
   constexpr double most_by_time = 4, most = 8;
   for (const RankedSample& one : samples) {
     const double by_time = time_cost(model_.sample_times[one.sample], *expected);
@@ -55,14 +66,6 @@ void ExpectationCosts::assess(std::span<const RankedSample> samples, const Frame
     costs_[one.sample] =
         static_cast<float>(cost < most ? cost : most);  // also if the model has values that are not finite
   }
-}
-
-double ExpectationCosts::time_cost(double time_s, const FrameExpectation& expected) noexcept {
-  const auto cost = [](double difference, const TimeBelief& belief) {
-    return belief.variance > 0 ? difference * difference / (2 * belief.variance) : 0;
-  };
-  return cost(time_s - expected.time.mean_s, expected.time) +
-         cost(std::max(time_s - expected.latest.mean_s, 0.0), expected.latest);
 }
 
 /// The sample's simulation had, as long ago as the earlier frame, a shape that differs from that of the frame. The
@@ -88,12 +91,9 @@ float ExpectationCosts::squared_distance_before(std::uint32_t sample, const Earl
   const double passed = time - model_.sample_times[before];
   const auto share = static_cast<float>(interval > 0 ? std::clamp(passed / interval, 0.0, 1.0) : 0.0);
   const auto a = regression_.shape(before), b = regression_.shape(later);
-  std::array<float, 16> sums{};  // in as many lanes
-  static_assert(ShapeRegression::shape_scores % std::tuple_size_v<decltype(sums)> == 0);
-  for (std::size_t i = 0; i < a.size(); i += sums.size())
-    for (std::size_t j = 0; j < sums.size(); ++j)
-      sums[j] += square(a[i + j] + share * (b[i + j] - a[i + j]) - earlier.scores[i + j]);
-  return std::accumulate(sums.begin(), sums.end(), 0.0f);
+  std::array<float, ShapeRegression::shape_scores> shape;
+  for (std::size_t i = 0; i < shape.size(); ++i) shape[i] = a[i] + share * (b[i] - a[i]);
+  return squared_distance(shape, earlier.scores);
 }
 
 }  // namespace lbea

@@ -45,7 +45,7 @@ struct FrameExpectation {
   EarlierShapes earlier{};
   TimeBelief time{};      // of similar samples, in theirs
   TimeBelief latest{};    // see TestClock
-  bool is_first = false;  // of the test: `latest` is still relative to what the frame may show at the earliest
+  bool is_first = false;  // of the test: `latest` counts from the earliest time that the frame may show
 
   /// Of a first frame. earliest_s: time since the impact that it may show; infinite: not known.
   void begin_at(double earliest_s) noexcept {
@@ -64,7 +64,6 @@ class ExpectationCosts {
   [[nodiscard]] float operator[](std::uint32_t sample) const noexcept { return is_assessed_ ? costs_[sample] : 0; }
 
  private:
-  [[nodiscard]] static double time_cost(double time_s, const FrameExpectation& expected) noexcept;
   void add_shape_costs(std::span<const RankedSample> samples, const EarlierShape& earlier, double age_s) noexcept;
   [[nodiscard]] float squared_distance_before(std::uint32_t sample, const EarlierShape& earlier,
                                               double age_s) const noexcept;

@@ -112,8 +112,7 @@ double CandidateSearch::earliest_explaining(float most) noexcept {
     if (mean < one.distance) one = {sample, mean};
   });
   const auto explains = [&](const RankedSample& one) {
-    return std::isfinite(one.distance) &&
-           mean_square(code_, limited_, images_.of_sample(one.sample).data(), ranking_.prices()) <= most;
+    return std::isfinite(one.distance) && least_residual(limited_, std::span(&one, 1)) <= most;
   };
   const auto earliest = std::ranges::find_if(best, explains);
   return earliest != best.end() ? since_impact(earliest->sample) : infinity;

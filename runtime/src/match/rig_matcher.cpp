@@ -88,13 +88,13 @@ bool RigMatcher::State::move_poses() noexcept {
   return has_moved;
 }
 
-/// Of the test's first frame: what all rigs that know it allow.
+/// The earliest time that all rigs allow which know one; infinite: none does.
 double RigMatcher::State::earliest_s() const noexcept {
   double earliest = -std::numeric_limits<double>::infinity();
   for (const RigEvidence& rig : std::span(evidence).first(used))
     if (const double by_rig = rig.fitter->search().earliest_s(); std::isfinite(by_rig))
       earliest = std::max(earliest, by_rig);
-  return earliest;  // infinite if none knows it
+  return earliest;
 }
 
 /// Whether the rigs that are used see different shapes, or one that shows enough of the component, and on which the
