@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <thread>
 #include <utility>
 
 using namespace lbea::test;
@@ -156,6 +157,7 @@ TEST_CASE("two tests of two rigs, recorded without results, remain two tests whe
       const std::int64_t stamp_ns = test_ns + static_cast<std::int64_t>(step) * between_states_ns;
       left.send(clouds()[step], stamp_ns);
       right.send(clouds()[step], stamp_ns);
+      std::this_thread::sleep_for(20ms);  // a pace at which lbea-serve can receive them again
     }
     left.end();
     right.end();
