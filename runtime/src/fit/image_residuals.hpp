@@ -4,14 +4,9 @@
 
 #include "runtime/src/depth/shape_regression.hpp"
 #include "runtime/src/fit/candidate_search.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 namespace lbea {
-
-/// A candidate at the time of a frame: between two states of its simulation.
-struct StateBetween {
-  std::uint32_t sample = 0, next = 0;
-  float share = 0;  // of `next`
-};
 
 class ImageResiduals {
  public:

@@ -34,6 +34,7 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       candidates_(best_.capacity()),
       alone_(best_.capacity()),
       states_(best_.capacity()),
+      corrected_(settings.most_combined()),
       of_rig_(best_.capacity()),
       gram_(best_.capacity() * best_.capacity()),
       pose_gram_(gram_.size()),
@@ -55,6 +56,25 @@ SurfaceFit JointFitter::fit(std::span<const RigEvidence> rigs, const FrameExpect
   weights_.weigh(problem(), std::span(alone_).first(best_.ranked().size()), estimate_, result);
   judge(result);
   return result;
+}
+
+void JointFitter::correct(SurfaceFit& result) noexcept {
+  SurfaceCorrection& correction = rigs_.front().fitter->correction();
+  correction.begin(estimate_);
+  for (const RigEvidence& rig : rigs_) {
+    SurfaceCorrection::Observation seen = rig.fitter->observation(*rig.index);
+    if (rig.later_s != 0) {
+      const auto states = std::span(corrected_).first(estimate_.numbers().size());
+      std::ranges::transform(estimate_.numbers(), states.begin(),
+                             [&](std::uint32_t sample) { return state_at(sample, rig.later_s); });
+      seen.states = states;
+    }
+    correction.add(seen);
+  }
+  const auto weights = correction.solve();
+  if (weights.empty()) return;
+  estimate_.reweigh(weights);
+  weights_.rank(estimate_.from_estimate(), 0, result);
 }
 
 /// Those that any rig's frame is compared with; first the ones that are good for one rig.
@@ -104,7 +124,7 @@ SquareSums JointFitter::squares_of(SurfaceFitter& fitter, std::uint32_t sample) 
 
 float JointFitter::mean_square(std::uint32_t sample) noexcept {
   float squares = 0, cells = 0;
-  for (const auto& [fitter, later_s] : rigs_) {
+  for (const auto& [fitter, index, later_s] : rigs_) {
     const SquareSums sums = squares_of(*fitter, nearest_at(sample, later_s));
     squares += sums.squares + sums.hidden;
     cells += sums.cells;
@@ -115,7 +135,7 @@ float JointFitter::mean_square(std::uint32_t sample) noexcept {
 /// Part of the best one's mean square: see CandidateSearch.
 float JointFitter::not_residual(std::uint32_t best) noexcept {
   float squares = 0, cells = 0;
-  for (const auto& [fitter, later_s] : rigs_) {
+  for (const auto& [fitter, index, later_s] : rigs_) {
     const std::uint32_t sample = nearest_at(best, later_s);
     const SquareSums all = squares_of(*fitter, sample);
     squares += all.cells * std::max(all.mean() - fitter->shown_squares_of(sample).mean(), 0.0f);
@@ -138,7 +158,7 @@ void JointFitter::set_candidates() noexcept {
 void JointFitter::compare() noexcept {
   const auto ranked = best_.ranked();
   cells_ = 0;
-  for (const auto& [fitter, later_s] : rigs_) {
+  for (const auto& [fitter, index, later_s] : rigs_) {
     std::ranges::transform(ranked, states_.begin(),
                            [&, later = later_s](const RankedSample& one) { return state_at(one.sample, later); });
     fitter->residuals().compare(std::span(states_).first(ranked.size()), is_hidden_);
@@ -221,7 +241,7 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
   float squares = 0, expected = 0, limit = 0, shown = 0, per_spread = 0, bounded = 0;
   bool gives_verdicts = true;
   is_contradictory_ = false;
-  for (const auto& [fitter, later_s] : rigs_) {
+  for (const auto& [fitter, index, later_s] : rigs_) {
     const float share = fitter->residuals().filled() / cells_,
                 square = fitter->judged_square(nearest_at(best, later_s));
     const float own = fitter->judged_square(fitter->search().sample(0));

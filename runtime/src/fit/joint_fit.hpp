@@ -9,7 +9,8 @@ namespace lbea {
 /// What a rig shows of a capture: its frame, fitted alone.
 struct RigEvidence {
   SurfaceFitter* fitter = nullptr;
-  double later_s = 0;  // than the time that the joint shape is estimated for
+  const CloudIndex* index = nullptr;  // of the points
+  double later_s = 0;                 // than the time that the joint shape is estimated for
 };
 
 class JointFitter {
@@ -21,6 +22,9 @@ class JointFitter {
   /// rigs: at least one, each with a fitted frame. expected: by the earlier captures. The spans of the result and of
   /// matches() are valid until the next call or the next frame of a rig. Does not allocate.
   SurfaceFit fit(std::span<const RigEvidence> rigs, const FrameExpectation* expected) noexcept;
+
+  /// Corrects the estimate by the points of all rigs' frames, and ranks the candidates by it. Does not allocate.
+  void correct(SurfaceFit& result) noexcept;
 
   /// The motion that a rig's frame lacks, given the prior and the frames of all rigs. Does not allocate.
   [[nodiscard]] const PoseBelief& pose_of(const RigEvidence& rig, const PoseBelief& prior) noexcept;
@@ -75,6 +79,7 @@ class JointFitter {
   std::vector<Match> candidates_;
   std::vector<float> alone_;  // per candidate: residual without the cost
   std::vector<StateBetween> states_;
+  std::vector<StateBetween> corrected_;  // of the estimate's samples
   std::vector<RankedSample> of_rig_;     // the candidates at the time of a rig's frame
   std::vector<float> gram_, pose_gram_;  // pose_gram_: of the best of them
   float cells_ = 0;                      // that its means are over

@@ -78,75 +78,114 @@ struct Plane {
   }
 };
 
+/// Of the frame, in the cell of a line of sight; not a number if that is empty.
+float depth_at(const Vector& sight, float depth, const SurfaceCorrection::Observation& seen) noexcept {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  const DepthCamera& camera = seen.camera;
+  const auto& T = camera.T_reference_sensor;
+  const float column = camera.center_column + camera.focal * dot(sight, {T[0], T[4], T[8]}) / depth,
+              row = camera.center_row + camera.focal * dot(sight, {T[1], T[5], T[9]}) / depth;
+  if (!(depth > 0 && column >= 0 && column < static_cast<float>(camera.columns) && row >= 0 &&
+        row < static_cast<float>(camera.rows)))
+    return none;
+  const float steps = seen.depth[static_cast<std::size_t>(row) * camera.columns + static_cast<std::size_t>(column)];
+  return steps < 0 ? none : camera.depth_origin + camera.depth_step * steps;
+}
+
 }  // namespace
 
 [[gnu::cold]]  // compiled for size
-SurfaceCorrection::SurfaceCorrection(const ModelView& model, const DepthCamera& camera, float mesh_noise,
-                                     const FitSettings& settings)
-    : camera_(camera),
-      code_(kernels()),
+SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, const FitSettings& settings)
+    : code_(kernels()),
       price_(settings.correction_price),
       shift_(settings.correction_shift * mesh_noise),
       shapes_(model, LandmarkPlaces::surface),
       buffer_(shapes_.size()),
+      next_(shapes_.size()),
       shape_(shapes_.size()),
       normals_(shapes_.size()),
       distances_(shapes_.stride()),
       rows_(settings.most_combined() * shapes_.stride()),
       gram_(std::size_t{settings.most_combined()} * settings.most_combined()),
       products_(settings.most_combined()),
-      shifts_(3 * std::size_t{settings.most_combined()}),
+      sums_(settings.most_combined()),
       weights_(settings.most_combined()),
       changes_(settings.most_combined()),
-      ridge_(settings.most_combined()) {}
+      ridge_(settings.most_combined()) {
+  for (Shift& shift : shifts_) shift.samples.resize(3 * std::size_t{settings.most_combined()});
+}
 
-std::span<const float> SurfaceCorrection::correct(const CloudIndex& index, std::span<const float> observed,
-                                                  const ShapeEstimate& estimate) noexcept {
-  combine(estimate);
-  measure(index, observed);
-  if (measured_ == 0) return {};
+void SurfaceCorrection::begin(const ShapeEstimate& estimate) noexcept {
+  estimate_ = &estimate;
+  all_measured_ = rigs_ = 0;
+  squares_ = 0;
+  std::ranges::fill(gram_, 0.0f);
+  std::ranges::fill(products_, 0.0f);
+}
+
+void SurfaceCorrection::add(const Observation& seen) noexcept {
+  combine(seen.states);
+  measure(seen);
+  if (measured_ == 0) return;
+  all_measured_ += measured_;
   weigh_robustly();
+  squares_ += set_rows(seen.states);
+  add_products(shifts_[rigs_++]);
+}
+
+std::span<const float> SurfaceCorrection::solve() noexcept {
+  if (rigs_ == 0) return {};
   // The fewer nodes are measured, the less they tell of the others
-  const float nodes = static_cast<float>(shapes_.nodes()), measured = static_cast<float>(measured_);
-  const float price = price_ * nodes * nodes / measured * set_rows(estimate);
+  const float nodes = static_cast<float>(shapes_.nodes()), measured = static_cast<float>(all_measured_);
+  const float price = price_ * nodes * nodes / measured * (squares_ / static_cast<float>(rigs_));
   if (!(price >= std::numeric_limits<float>::min())) return {};  // all samples have the same shape
-  return solve(estimate.samples(), price);
+  for (Shift& shift : std::span(shifts_).first(rigs_)) eliminate(shift, price);
+  return weights_for(price);
+}
+
+/// Of one of the estimate's samples.
+std::span<const float> SurfaceCorrection::shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept {
+  if (states.empty()) return shapes_.of(estimate_->numbers()[sample], true, buffer_);
+  const auto& [state, next, share] = states[sample];
+  const auto a = shapes_.of(state, true, buffer_), b = shapes_.of(next, true, next_);
+  for (std::size_t i = 0; i < shapes_.size(); ++i) buffer_[i] = a[i] + share * (b[i] - a[i]);
+  return buffer_;
 }
 
 /// Sets the estimate's nodes.
-void SurfaceCorrection::combine(const ShapeEstimate& estimate) noexcept {
+void SurfaceCorrection::combine(std::span<const StateBetween> states) noexcept {
   std::ranges::fill(shape_, 0.0f);
-  for (std::size_t k = 0; k < estimate.samples().size(); ++k) {
-    const float* const of_sample = landmarks(estimate.numbers()[k]).data();
-    const float weight = estimate.samples()[k].weight;
+  for (std::size_t k = 0; k < estimate_->samples().size(); ++k) {
+    const float* const of_sample = shape_of(k, states).data();
+    const float weight = estimate_->samples()[k].weight;
     for (std::size_t i = 0; i < shape_.size(); i += 4)
       put(four_at(&shape_[i]) + weight * four_at(&of_sample[i]), &shape_[i]);
   }
 }
 
-void SurfaceCorrection::measure(const CloudIndex& index, std::span<const float> observed) noexcept {
+void SurfaceCorrection::measure(const Observation& seen) noexcept {
   std::ranges::fill(normals_, 0.0f);
   std::ranges::fill(distances_, 0.0f);
   measured_ = 0;
-  for (std::size_t i = 0; i < shapes_.nodes(); ++i) measure(i, index, observed);
+  for (std::size_t i = 0; i < shapes_.nodes(); ++i) measure(i, seen);
 }
 
 /// Sets the normal and the distance of a node, unless the frame shows no plane near its line of sight.
-void SurfaceCorrection::measure(std::size_t node, const CloudIndex& index, std::span<const float> observed) noexcept {
+void SurfaceCorrection::measure(std::size_t node, const Observation& seen) noexcept {
   constexpr float reach = 4, farthest = 2, width = 0.7f;  // in cells: along the line of sight, from a plane, of a plane
   constexpr float fewest = 4;                             // points, weighted
   constexpr float off_center = 0.25f;                     // in widths: the points of an edge lie on one side
   const std::size_t stride = shapes_.stride();
-  const auto& T = camera_.T_reference_sensor;
+  const auto& T = seen.camera.T_reference_sensor;
   Vector sight, place;  // sight: from the eye
   for (std::size_t k = 0; k < 3; ++k) sight[k] = shape_[k * stride + node] - T[4 * k + 3];
-  const float depth = dot(sight, {T[2], T[6], T[10]}), cell = depth / camera_.focal;
-  const float farther = depth_at(sight, depth, observed) - depth;
+  const float depth = dot(sight, {T[2], T[6], T[10]}), cell = depth / seen.camera.focal;
+  const float farther = depth_at(sight, depth, seen) - depth;
   if (!(std::abs(farther) < reach * cell)) return;
   for (std::size_t k = 0; k < 3; ++k) place[k] = shape_[k * stride + node] + sight[k] * farther / depth;
   Moments moments(place, width * cell);
   std::array<const Leaf*, 8> leaves;
-  const std::size_t count = index.find_around(place, leaves);
+  const std::size_t count = seen.index.find_around(place, leaves);
   for (std::size_t i = 0; i < count; ++i) moments.add(*leaves[i]);
   const auto sums = moments.sums();
   if (!(sums[0] >= fewest)) return;
@@ -158,19 +197,6 @@ void SurfaceCorrection::measure(std::size_t node, const CloudIndex& index, std::
   for (std::size_t k = 0; k < 3; ++k) normals_[k * stride + node] = plane.normal[k];
   distances_[node] = distance;
   ++measured_;
-}
-
-/// Of the frame, in the node's cell; not a number if that is empty.
-float SurfaceCorrection::depth_at(const Vector& sight, float depth, std::span<const float> observed) const noexcept {
-  constexpr float none = std::numeric_limits<float>::quiet_NaN();
-  const auto& T = camera_.T_reference_sensor;
-  const float column = camera_.center_column + camera_.focal * dot(sight, {T[0], T[4], T[8]}) / depth,
-              row = camera_.center_row + camera_.focal * dot(sight, {T[1], T[5], T[9]}) / depth;
-  if (!(depth > 0 && column >= 0 && column < static_cast<float>(camera_.columns) && row >= 0 &&
-        row < static_cast<float>(camera_.rows)))
-    return none;
-  const float steps = observed[static_cast<std::size_t>(row) * camera_.columns + static_cast<std::size_t>(column)];
-  return steps < 0 ? none : camera_.depth_origin + camera_.depth_step * steps;
 }
 
 /// Multiplies the equations by the roots of Cauchy weights.
@@ -188,11 +214,11 @@ void SurfaceCorrection::weigh_robustly() noexcept {
 }
 
 /// Returns the samples' mean squared distance from the estimate.
-float SurfaceCorrection::set_rows(const ShapeEstimate& estimate) noexcept {
-  const std::size_t stride = shapes_.stride(), samples = estimate.samples().size();
+float SurfaceCorrection::set_rows(std::span<const StateBetween> states) noexcept {
+  const std::size_t stride = shapes_.stride(), samples = estimate_->samples().size();
   Four squares{};
   for (std::size_t s = 0; s < samples; ++s) {
-    const float* const of_sample = landmarks(estimate.numbers()[s]).data();
+    const float* const of_sample = shape_of(s, states).data();
     for (std::size_t i = 0; i < stride; i += 4) {
       Four change{};
       for (std::size_t k = i; k < 3 * stride; k += stride) {
@@ -206,44 +232,49 @@ float SurfaceCorrection::set_rows(const ShapeEstimate& estimate) noexcept {
   return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples * shapes_.nodes());
 }
 
-/// A shift of the whole component is an error of the pose, not a deformation. Its three unknowns, whose columns are the
-/// normals, are eliminated from the normal equations. A shift by shift_ costs as much as a weight of 1.
-void SurfaceCorrection::eliminate_shift(std::size_t k, float price) noexcept {
-  const std::size_t stride = shapes_.stride();
-  std::array<std::array<float, 3>, 3> matrix;
-  std::array<float, 3> constant;
+/// Adds the rig's normal equations. The columns of its shift are the normals.
+void SurfaceCorrection::add_products(Shift& shift) noexcept {
+  const std::size_t k = estimate_->samples().size(), stride = shapes_.stride();
+  for (std::size_t i = 0; i < k; ++i) {
+    code_.project(rows_.data(), i + 1, stride, row(i).data(), sums_.data());
+    for (std::size_t j = 0; j <= i; ++j) gram_[j * k + i] += sums_[j];
+  }
+  code_.project(rows_.data(), k, stride, distances_.data(), sums_.data());
+  for (std::size_t i = 0; i < k; ++i) products_[i] += sums_[i];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float* const normals = &normals_[axis * stride];
-    code_.project(normals_.data(), 3, stride, normals, matrix[axis].data());
-    code_.project(normals, 1, stride, distances_.data(), &constant[axis]);
-    code_.project(rows_.data(), k, stride, normals, &shifts_[axis * k]);
-    matrix[axis][axis] += price / square(shift_);
+    code_.project(normals_.data(), 3, stride, normals, shift.matrix[axis].data());
+    code_.project(normals, 1, stride, distances_.data(), &shift.constant[axis]);
+    code_.project(rows_.data(), k, stride, normals, &shift.samples[axis * k]);
   }
+}
+
+/// A shift of the whole component is an error of the rig's pose, not a deformation: its three unknowns are eliminated
+/// from the normal equations. A shift by shift_ costs as much as a weight of 1.
+void SurfaceCorrection::eliminate(Shift& shift, float price) noexcept {
+  const std::size_t k = estimate_->samples().size();
+  auto& [matrix, samples, constant] = shift;
+  for (std::size_t axis = 0; axis < 3; ++axis) matrix[axis][axis] += price / square(shift_);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* const row = &shifts_[axis * k];
+    const float* const row = &samples[axis * k];
     const float pivot = matrix[axis][axis];
     for (std::size_t i = 0; i < k; ++i) {
       const float factor = row[i] / pivot;
-      for (std::size_t j = 0; j < k; ++j) gram_[i * k + j] -= factor * row[j];
+      for (std::size_t j = i; j < k; ++j) gram_[i * k + j] -= factor * row[j];
       products_[i] -= factor * constant[axis];
     }
     for (std::size_t other = axis + 1; other < 3; ++other) {
       const float factor = matrix[other][axis] / pivot;
       for (std::size_t m = axis; m < 3; ++m) matrix[other][m] -= factor * matrix[axis][m];
-      for (std::size_t i = 0; i < k; ++i) shifts_[other * k + i] -= factor * row[i];
+      for (std::size_t i = 0; i < k; ++i) samples[other * k + i] -= factor * row[i];
       constant[other] -= factor * constant[axis];
     }
   }
 }
 
-std::span<const float> SurfaceCorrection::solve(std::span<const WeightedSample> before, float price) noexcept {
-  const std::size_t k = before.size(), stride = shapes_.stride();
-  for (std::size_t i = 0; i < k; ++i) {
-    code_.project(rows_.data(), i + 1, stride, row(i).data(), products_.data());
-    for (std::size_t j = 0; j <= i; ++j) gram_[i * k + j] = gram_[j * k + i] = products_[j];
-  }
-  code_.project(rows_.data(), k, stride, distances_.data(), products_.data());
-  eliminate_shift(k, price);
+std::span<const float> SurfaceCorrection::weights_for(float price) noexcept {
+  const auto before = estimate_->samples();
+  const std::size_t k = before.size();
   const auto changes = std::span(changes_).first(k);
   std::ranges::copy(std::span(products_).first(k), changes.begin());
   const auto weights = std::span(weights_).first(k);  // first the prices

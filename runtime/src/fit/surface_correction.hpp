@@ -6,50 +6,73 @@
 #include "runtime/src/fit/shape_estimate.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/shape_landmarks.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 namespace lbea {
 
+inline constexpr std::size_t most_rigs = 16;  // of a RigMatcher
+
 class SurfaceCorrection {
  public:
-  /// Keeps references to the model and to the camera. mesh_noise: of the metric, length unit. Allocates all memory.
-  SurfaceCorrection(const ModelView& model, const DepthCamera& camera, float mesh_noise, const FitSettings& settings);
+  /// Keeps a reference to the model. mesh_noise: of the metric, length unit. Allocates all memory.
+  SurfaceCorrection(const ModelView& model, float mesh_noise, const FitSettings& settings);
 
-  /// Weights of the estimate's samples, whose sum is 1, that bring its observed surface nearer to the frame's points: a
-  /// Gauss-Newton step on the distances from the planes through the points that the camera sees at the same places
-  /// (Chen and Medioni 1992), with a shift of the whole component as a nuisance, regularized by ridge regression about
-  /// the estimate. observed: the frame's depth image in steps. Empty if the frame shows nothing near the estimate.
-  /// Valid until the next call. Does not allocate.
-  [[nodiscard]] std::span<const float> correct(const CloudIndex& index, std::span<const float> observed,
-                                               const ShapeEstimate& estimate) noexcept;
+  /// What a rig shows of the estimated shape. depth: the frame's depth image in steps. states: of the estimate's
+  /// samples when the rig captured the frame; empty: those samples.
+  struct Observation {
+    const CloudIndex& index;
+    const DepthCamera& camera;
+    std::span<const float> depth;
+    std::span<const StateBetween> states{};
+  };
+
+  /// Begins the correction of an estimate, which must remain until it is solved. Does not allocate.
+  void begin(const ShapeEstimate& estimate) noexcept;
+  /// Adds the frame of a rig: the distances of the estimate's surface from planes through the
+  /// points that the camera sees at the same places (Chen and Medioni 1992). Does not allocate.
+  void add(const Observation& seen) noexcept;
+  /// Weights of the estimate's samples, whose sum is 1, that bring its observed surface nearer to the points of all
+  /// frames: a Gauss-Newton step on these distances, regularized by ridge regression about the estimate, with a shift
+  /// of the whole component per rig as a nuisance. Empty if the frames show nothing near the estimate. Valid until the
+  /// next begin(). Does not allocate.
+  [[nodiscard]] std::span<const float> solve() noexcept;
 
  private:
   using Vector = std::array<float, 3>;
 
-  void combine(const ShapeEstimate& estimate) noexcept;
-  void measure(const CloudIndex& index, std::span<const float> observed) noexcept;
-  void measure(std::size_t node, const CloudIndex& index, std::span<const float> observed) noexcept;
-  [[nodiscard]] float depth_at(const Vector& sight, float depth, std::span<const float> observed) const noexcept;
+  /// The unknown shift of a rig's points: normal equations with itself and with the samples' weights.
+  struct Shift {
+    std::array<std::array<float, 3>, 3> matrix;
+    std::vector<float> samples;  // axis by axis
+    std::array<float, 3> constant;
+  };
+
+  void combine(std::span<const StateBetween> states) noexcept;
+  void measure(const Observation& seen) noexcept;
+  void measure(std::size_t node, const Observation& seen) noexcept;
   void weigh_robustly() noexcept;
-  [[nodiscard]] float set_rows(const ShapeEstimate& estimate) noexcept;
-  void eliminate_shift(std::size_t samples, float price) noexcept;
-  [[nodiscard]] std::span<const float> solve(std::span<const WeightedSample> before, float price) noexcept;
-  [[nodiscard]] std::span<const float> landmarks(std::uint32_t sample) noexcept {
-    return shapes_.of(sample, true, buffer_);
-  }
+  [[nodiscard]] float set_rows(std::span<const StateBetween> states) noexcept;
+  void add_products(Shift& shift) noexcept;
+  void eliminate(Shift& shift, float price) noexcept;
+  [[nodiscard]] std::span<const float> weights_for(float price) noexcept;
+  [[nodiscard]] std::span<const float> shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept;
   [[nodiscard]] std::span<float> row(std::size_t sample) noexcept {
     return std::span(rows_).subspan(sample * shapes_.stride(), shapes_.stride());
   }
 
-  const DepthCamera& camera_;
   const Kernels& code_;
   float price_, shift_;
   ShapeLandmarks shapes_;
-  std::size_t measured_ = 0;                     // nodes
-  std::vector<float> buffer_, shape_, normals_;  // of the nodes: x, y and z planes; a normal of 0: not measured
-  std::vector<float> distances_;                 // of the nodes from the planes, along the normals
-  std::vector<float> rows_;                      // per sample: changes of these distances with its weight
-  std::vector<float> gram_, products_;           // of the samples
-  std::vector<float> shifts_;                    // per axis: products of a shift and the samples
+  const ShapeEstimate* estimate_ = nullptr;
+  std::size_t measured_ = 0, all_measured_ = 0;         // nodes: of the last rig, of all
+  std::size_t rigs_ = 0;                                // that show something
+  float squares_ = 0;                                   // sum of the rigs' set_rows()
+  std::vector<float> buffer_, next_, shape_, normals_;  // of the nodes: x, y and z planes; a normal of 0: not measured
+  std::vector<float> distances_;                        // of the nodes from the planes, along the normals
+  std::vector<float> rows_;                             // per sample: changes of these distances with its weight
+  std::vector<float> gram_, products_;                  // of the samples, all rigs; of the gram the upper half
+  std::vector<float> sums_;                             // of a rig
+  std::array<Shift, most_rigs> shifts_;
   std::vector<float> weights_;
   std::vector<double> changes_;
   RidgeProblem ridge_;

@@ -13,7 +13,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       residuals_(*views_.data(), search_, std::max<std::size_t>(search_.capacity(), most_compared)),
       gram_(search_.capacity() * search_.capacity()),
       estimate_(model, views_.data()->regression, search_.capacity(), settings),
-      correction_(model, views_.data()->camera, views_.data()->metric.mesh_noise, settings),
+      correction_(model, views_.data()->metric.mesh_noise, settings),
       pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric,
                 std::max<std::size_t>(search_.capacity(), most_compared)),
       weights_(model, search_.capacity(), max_matches, views_.data()->metric.mesh_noise, settings),
@@ -69,7 +69,9 @@ void SurfaceFitter::compare() noexcept {
 }
 
 void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcept {
-  const auto weights = correction_.correct(index, search_.image().observed, estimate_);
+  correction_.begin(estimate_);
+  correction_.add(observation(index));
+  const auto weights = correction_.solve();
   if (weights.empty()) return;
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);

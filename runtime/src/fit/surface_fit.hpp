@@ -86,6 +86,11 @@ class SurfaceFitter {
   /// The same without what something may hide. Ends the comparison.
   [[nodiscard]] SquareSums shown_squares_of(std::uint32_t sample) noexcept;
   [[nodiscard]] ImageResiduals& residuals() noexcept { return residuals_; }
+  [[nodiscard]] SurfaceCorrection& correction() noexcept { return correction_; }
+  /// index: of the frame's points.
+  [[nodiscard]] SurfaceCorrection::Observation observation(const CloudIndex& index) const noexcept {
+    return {index, images().camera, search_.image().observed};
+  }
   /// The motion that the frame lacks by its residuals() and the mean products of `problem`, over so many cells.
   [[nodiscard]] const PoseBelief& pose_by(const EstimateProblem& problem, std::span<const float> from_best, float cells,
                                           const PoseBelief& prior) noexcept;

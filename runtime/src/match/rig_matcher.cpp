@@ -61,6 +61,7 @@ MatchResult RigMatcher::State::combine() noexcept {
   FrameExpectation expected = joint_history.expectation();
   if (expected.is_first) expected.begin_at(earliest_s());
   do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
+  fitter.correct(result.fit);
   if (is_contradicted()) result.fit.error_90 = FitNumbers{}.error_90;
   result.elapsed_ns.fit += watch.lap_ns();
   result.coverage = fitter.shown_share();
@@ -125,7 +126,8 @@ void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
     if (!results[rig].is_used) continue;
     if (used == 0) lead = rig;
     captures[rig].place = used;
-    evidence[used++] = {&fitter_of(rig), seconds_between(captures[lead].stamp_ns, captures[rig].stamp_ns)};
+    evidence[used++] = {&fitter_of(rig), &matchers[rig]->index,
+                        seconds_between(captures[lead].stamp_ns, captures[rig].stamp_ns)};
   }
   result.frame_id = captures[lead].frame_id;
   result.stamp_ns = captures[lead].stamp_ns;

@@ -8,7 +8,6 @@
 
 namespace lbea {
 
-inline constexpr std::size_t most_rigs = 16;
 /// Throws Error{bad_config} if a RigMatcher does not take so many.
 void require_rig_count(std::size_t rigs);
 

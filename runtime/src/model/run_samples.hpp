@@ -9,6 +9,12 @@
 
 namespace lbea {
 
+/// Of a simulation, at a time between two of its states.
+struct StateBetween {
+  std::uint32_t sample = 0, next = 0;
+  float share = 0;  // of `next`
+};
+
 /// Consecutive samples. times: of all samples.
 struct RunSamples {
   std::size_t first = 0, count = 0;
