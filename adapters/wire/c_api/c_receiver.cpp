@@ -50,6 +50,7 @@ lbea_wire_status lbea_wire_receiver_open(const char* endpoint, const lbea_wire_o
   if (endpoint == nullptr) return bad_argument("lbea_wire_receiver_open: endpoint is NULL; give that of --results");
   if (!has_known_size(options)) return bad_argument(size_not_set);
   return guarded([&] {
+    refuse_own_process(endpoint);
     const OpenOptions given = read_options(options, results_held);
     auto opened = std::make_unique<lbea_wire_receiver>(endpoint, given);
     if (!wait_answer(*opened, given.patience))

@@ -65,6 +65,7 @@ lbea_wire_status lbea_wire_sender_open(const char* endpoint, const lbea_wire_opt
   if (endpoint == nullptr) return bad_argument("lbea_wire_sender_open: endpoint is NULL; give that of --frames");
   if (!has_known_size(options)) return bad_argument(size_not_set);
   return guarded([&] {
+    refuse_own_process(endpoint);
     const OpenOptions given = read_options(options, default_queued_messages);
     auto opened = std::make_unique<lbea_wire_sender>(endpoint, given);
     if (!wait_admitted(opened->sink, given.patience))

@@ -2,9 +2,11 @@
 #include "adapters/wire/c_api/c_support.hpp"
 #include "adapters/wire/codec/messages.hpp"
 #include "adapters/wire/sockets/client.hpp"
+#include "adapters/wire/sockets/endpoint.hpp"
 
 #include <lbea/version.hpp>
 
+#include <system_error>
 #include <utility>
 
 namespace lbea::wire {
@@ -33,7 +35,12 @@ constexpr std::pair<lbea_wire_status, const char*> status_names[] = {
 
 /// C gives paths in UTF-8.
 std::filesystem::path path_of(const char* text) {
-  return text == nullptr ? std::filesystem::path() : std::filesystem::path(reinterpret_cast<const char8_t*>(text));
+  if (text == nullptr) return {};
+  try {
+    return reinterpret_cast<const char8_t*>(text);
+  } catch (const std::system_error&) {  // on Windows, where paths are UTF-16
+    throw Error(Status::bad_config, std::string(text) + ": this path is not UTF-8; convert it");
+  }
 }
 }  // namespace
 
@@ -51,6 +58,11 @@ lbea_wire_status to_c(Status status) noexcept {
   if (status == Status::endpoint_unavailable) return LBEA_WIRE_UNAVAILABLE;
   const bool is_setting = status == Status::bad_config || status == Status::file_not_found;
   return is_setting ? LBEA_WIRE_BAD_CONFIG : LBEA_WIRE_INTERNAL_ERROR;
+}
+
+void refuse_own_process(const std::string& endpoint) {
+  if (endpoint.starts_with("inproc://"))
+    refuse_endpoint(endpoint, "only threads of one process meet there; write tcp://127.0.0.1:5555");
 }
 
 bool has_known_size(const lbea_wire_options* options) noexcept {

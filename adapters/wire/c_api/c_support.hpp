@@ -53,6 +53,8 @@ struct OpenOptions {
   std::chrono::milliseconds patience;
   std::uint32_t queued_messages;
 };
+/// Throws Error{bad_config} for an endpoint of this process: there no matcher can be.
+void refuse_own_process(const std::string& endpoint);
 /// `options`: null for the defaults.
 [[nodiscard]] bool has_known_size(const lbea_wire_options* options) noexcept;
 /// `options`: null, or of a known size. `queued_by_default`: of this kind of socket. Throws Error.

@@ -25,8 +25,9 @@ lbea_wire_sender* opened_sender(const char* frames, const lbea_wire_options* opt
 lbea_wire_receiver* opened_receiver(const char* results, const lbea_wire_options* options);
 
 /* account.c */
+/* all_whole: 0: some captures cannot be matched or sent. */
 void every_capture_has_one_result(const char* frames, const char* results, const char* clouds,
-                                  const lbea_wire_options* options);
+                                  const lbea_wire_options* options, int all_whole);
 
 void fit_judges_the_test(const char* frames, const char* results, const char* clouds);
 
@@ -37,6 +38,7 @@ void arguments_are_checked(const char* frames, const char* results);
 void a_wrong_endpoint_is_named(const char* nobody);
 void wrong_keys_are_refused(const char* frames, const char* results, const char* server_key_file, const char* key_file,
                             const char* strange_key_file, const char* other_server_key_file);
+void key_files_have_any_name(const char* frames, const char* results);
 void a_dead_matcher_is_noticed(const char* frames, const char* results);
 
 #endif

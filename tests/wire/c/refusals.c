@@ -63,6 +63,9 @@ static void options_are_checked(const char* frames) {
   options = options_of("no/such.pub", NULL);
   CHECK(lbea_wire_sender_open(frames, &options, &none) == LBEA_WIRE_BAD_CONFIG);
   CHECK_SENTENCE("no/such.pub");
+  options = options_of("no-utf8-\xff.pub", NULL);
+  CHECK(lbea_wire_sender_open(frames, &options, &none) == LBEA_WIRE_BAD_CONFIG && none == NULL);
+  CHECK_SENTENCE("no-utf8-\xff.pub: ");
   options = options_of("", "camera.key"); /* was a connection without keys */
   CHECK(lbea_wire_sender_open(frames, &options, &none) == LBEA_WIRE_BAD_CONFIG);
   CHECK_SENTENCE("is empty");
@@ -129,6 +132,7 @@ void a_wrong_endpoint_is_named(const char* nobody) {
   cannot_open(nobody, nobody, &options, LBEA_WIRE_UNAVAILABLE, "nobody listens there");
   CHECK_SENTENCE(nobody);
   cannot_open("http://127.0.0.1:80", "", &options, LBEA_WIRE_BAD_CONFIG, "not an endpoint");
+  cannot_open("inproc://matcher", "inproc://matcher", &options, LBEA_WIRE_BAD_CONFIG, "threads of one process");
   cannot_open("tcp://127.0.0.1", "tcp://127.0.0.1", &options, LBEA_WIRE_BAD_CONFIG, "no port");
 }
 
@@ -146,6 +150,19 @@ void wrong_keys_are_refused(const char* frames, const char* results, const char*
   cannot_open(frames, results, &plain, LBEA_WIRE_UNAVAILABLE, "the handshake failed");
   lbea_wire_options swapped = options_of(server_key_file, server_key_file);
   cannot_open(frames, results, &swapped, LBEA_WIRE_BAD_CONFIG, "holds no secret key");
+}
+
+/* In UTF-8 on every system; the lines end as on Windows. */
+void key_files_have_any_name(const char* frames, const char* results) {
+  const lbea_wire_options options = options_of(
+      "Pr\xc3\xbc"
+      "fstand 1.pub",
+      "Pr\xc3\xbc"
+      "fstand 1.key");
+  lbea_wire_sender* sender = opened_sender(frames, &options);
+  lbea_wire_receiver* receiver = opened_receiver(results, &options);
+  if (sender != NULL) CHECK(lbea_wire_sender_close(sender, NULL) == LBEA_WIRE_OK);
+  lbea_wire_receiver_close(receiver);
 }
 
 /* Prints a line when the matcher may be killed. */
