@@ -46,4 +46,24 @@ for compression in none lz4 zstd; do
   rm "$work/recovered" "$work/gerettet ö"
 done
 check_same 2 "$model" --recover
+
+# A reader that wants no more is not a failure.
+"${windows[@]}" "$model" 2>"$work/err" | head -n 1 >"$work/out"
+[ ! -s "$work/err" ] || fail "without a reader it prints:" "$(cat "$work/err")"
+code=0
+"${windows[@]::${#windows[@]}-1}" "$(dirname "${windows[-1]}")/not_utf16.exe" "${windows[-1]}" >"$work/out" 2>&1 || code=$?
+[ "$code" -eq 1 ] && grep -q '^lbea-inspect: error: no-.*\.lbea: cannot open' "$work/out" ||
+  fail "exit code $code after an argument that is not UTF-16:" "$(cat "$work/out")"
+
+# A share of another machine, on which nothing may be written where the file system knows such files.
+shares=${WINEPREFIX:-$project/build/wine}/dosdevices/unc/lbea-$$
+trap 'chattr -i "$work/share" "$work/share"/* 2>/dev/null || true; rm -rf "$shares"; end' EXIT
+mkdir -p "$work/share" "$shares"
+cp "$model" "$work/share/Träger.lbea"
+ln -s "$work/share" "$shares/models"
+share="\\\\lbea-$$\\models"
+chattr +i "$work/share/Träger.lbea" "$work/share" 2>/dev/null || echo "not read-only: $work has no immutable files"
+"${windows[@]}" "$share\\Träger.lbea" --json >"$work/out" 2>&1 || fail "not read from a share:" "$(cat "$work/out")"
+"${windows[@]}" "$share\\fehlt ü.lbea" >"$work/out" 2>&1 && fail "a missing file of a share is found"
+grep -qF "$share\\fehlt ü.lbea: cannot open the model" "$work/out" || fail "it printed:" "$(cat "$work/out")"
 echo "models and recordings, whole and damaged: the same on Windows"

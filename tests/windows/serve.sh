@@ -16,6 +16,8 @@ chmod 600 "$work"/*.key # the emulator lets the group read them
 folder="$work/Prüfstand 1"
 mkdir "$folder"
 cp "$model" "$folder/Träger.lbea"
+sed 's/$/\r/; 1s/^/\xef\xbb\xbf/' "$sensor" >"$folder/Kamera ä.json" # as editors on Windows save it
+sensor="$folder/Kamera ä.json"
 model="$folder/Träger.lbea"
 
 send() { # clouds, arguments
@@ -74,7 +76,7 @@ def product(a, b): return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in ra
 def inverse(T):
     R = [[T[j][i] for j in range(3)] for i in range(3)]
     return [R[i] + [-sum(R[i][k] * T[k][3] for k in range(3))] for i in range(3)] + [T[3]]
-rig = json.loads(sensor.read_text())
+rig = json.loads(sensor.read_text(encoding="utf-8-sig"))
 half_turn = [[-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 left, right = [T[:3] + [[0, 0, 0, 1]] for T in (rig["T_reference_sensor"], rig["sensor"]["T_reference_right"])]
 turned = product(right, half_turn)  # the right eye becomes the left one

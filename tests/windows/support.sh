@@ -1,4 +1,4 @@
-# For the tests of the programs for Windows: compared with those of the build for this machine (HOST_BUILD), and with its
+# For the tests of the programs for Windows and ARM64: compared with those of the build for this machine (HOST_BUILD), and with its
 # programs at the other end. The scripts set `host`, `windows` (the emulator and the program) and `name`.
 export LC_ALL=C.UTF-8 # the emulator reads file names by it
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -7,14 +7,20 @@ linux=$host/tools/${name#lbea-}/$name
 for needed in "$model" "$linux" "$host/tools/serve/lbea-serve" "$host/tools/keygen/lbea-keygen"; do
   [ -e "$needed" ] || { echo "skipped: $needed is missing; build the preset ci and run its tests first"; exit 77; }
 done
-"${windows[@]}" --version >/dev/null 2>&1 || { echo "skipped: ${windows[*]} does not run; install wine64"; exit 77; }
+"${windows[@]}" --version >/dev/null 2>&1 || { echo "skipped: ${windows[*]} does not run; install wine64 or qemu-user"; exit 77; }
 work=$(mktemp -d)
 server= recorder=
-trap 'for process in $server $recorder; do kill -9 "$process" 2>/dev/null || true; done; rm -rf "$work"' EXIT
-# While a program runs in the emulator, others start in a second instead of several.
-mkfifo "$work/idle"
-"${windows[@]::${#windows[@]}-1}" cmd.exe /c pause <"$work/idle" >/dev/null 2>&1 &
-exec 9>"$work/idle"
+end() {
+  for process in $server $recorder; do kill -9 "$process" 2>/dev/null || true; done
+  rm -rf "$work"
+}
+trap end EXIT
+# While a program runs in Wine, others start in a second instead of several.
+if [[ ${windows[-1]} == *.exe ]]; then
+  mkfifo "$work/idle"
+  "${windows[@]::${#windows[@]}-1}" cmd.exe /c pause <"$work/idle" >/dev/null 2>&1 &
+  exec 9>"$work/idle"
+fi
 fail() { printf '%s\n' "$@" >&2; exit 1; }
 wait_until_ready() { # log, process, name
   for _ in $(seq 600); do

@@ -1,8 +1,9 @@
 #include "tools/shared/system/process.hpp"
 
+#include "runtime/src/model/mapped_file.hpp"
+
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 
 #include <fcntl.h>
 #include <io.h>
@@ -70,15 +71,15 @@ std::vector<std::string> arguments_of(int, char**) {
   int count = 0;
   wchar_t** const texts = ::CommandLineToArgvW(::GetCommandLineW(), &count);
   std::vector<std::string> arguments;
-  for (int i = 1; i < count; ++i) arguments.push_back(std::filesystem::path(texts[i]).string());
+  for (int i = 1; i < count; ++i) arguments.push_back(name_of(texts[i]));  // also of what is not UTF-16
   ::LocalFree(texts);
   return arguments;
 }
 
 bool lost_its_reader() {
-  DWORD written = 0;
-  const HANDLE out = stream(STD_OUTPUT_HANDLE);
-  return ::GetFileType(out) == FILE_TYPE_PIPE && ::WriteFile(out, "", 0, &written, nullptr) == 0;
+  const unsigned long error = _doserrno;  // of the last write
+  return ::GetFileType(stream(STD_OUTPUT_HANDLE)) == FILE_TYPE_PIPE &&
+         (error == ERROR_BROKEN_PIPE || error == ERROR_NO_DATA || error == ERROR_PIPE_NOT_CONNECTED);
 }
 
 ProcessUse process_use() {
