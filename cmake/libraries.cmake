@@ -35,15 +35,16 @@ function(lbea_reuse_precompiled target group)
 endfunction()
 
 # lbea_for_this_system(<variable>): removes from a list of sources those of other systems. NAME_windows.cpp is NAME.cpp for
-# Windows; it includes windows.h, whose macros other sources of a unity file must not see.
+# Windows; it includes windows.h, whose macros other sources of a unity file must not see. NAME_cross.cpp is NAME.cpp for
+# all other machines.
 function(lbea_for_this_system variable)
   set(kept ${${variable}})
   foreach(source ${${variable}})
-    if(source MATCHES "_windows\\.cpp$" AND WIN32)
-      string(REPLACE "_windows.cpp" ".cpp" elsewhere ${source})
+    if((source MATCHES "_windows\\.cpp$" AND WIN32) OR (source MATCHES "_cross\\.cpp$" AND CMAKE_CROSSCOMPILING))
+      string(REGEX REPLACE "_[a-z]+\\.cpp$" ".cpp" elsewhere ${source})
       list(REMOVE_ITEM kept ${elsewhere})
       set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    elseif(source MATCHES "_windows\\.cpp$")
+    elseif(source MATCHES "_(windows|cross)\\.cpp$")
       list(REMOVE_ITEM kept ${source})
     endif()
   endforeach()
@@ -68,4 +69,18 @@ function(lbea_library target)
     set(arg_PRECOMPILED libraries)
   endif()
   lbea_reuse_precompiled(${target} ${arg_PRECOMPILED})
+endfunction()
+
+# lbea_import_library(<target> <name> <definitions>): NAME.lib, with which MSVC links NAME.dll, where LLVM is installed. With
+# one by GNU's dlltool, programs fail that MSVC links with /OPT:REF.
+function(lbea_import_library target name definitions)
+  find_program(LBEA_LLVM_DLLTOOL NAMES llvm-dlltool llvm-dlltool-14)
+  if(NOT LBEA_LLVM_DLLTOOL)
+    message(STATUS "There is no llvm-dlltool: no ${name}.lib")
+    return()
+  endif()
+  set(library ${CMAKE_CURRENT_BINARY_DIR}/${name}.lib)
+  add_custom_command(TARGET ${target} POST_BUILD VERBATIM
+    COMMAND ${LBEA_LLVM_DLLTOOL} -m i386:x86-64 -d ${definitions} -D ${name}.dll -l ${library})
+  install(FILES ${library} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 endfunction()
