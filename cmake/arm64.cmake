@@ -6,3 +6,4 @@ set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64;-L;/usr/aarch64-linux-gnu)
 set(CMAKE_FIND_ROOT_PATH /usr/aarch64-linux-gnu)
 include(${CMAKE_CURRENT_LIST_DIR}/cross.cmake)
+string(APPEND CMAKE_CXX_FLAGS_INIT " -ffp-contract=off")  # as x86-64, whose oldest processors cannot fuse products and sums

@@ -46,7 +46,7 @@ test=(
 cross=(
   "${test[@]}"
   g++-aarch64-linux-gnu qemu-user                  # preset arm64
-  g++-mingw-w64-x86-64-posix libz-mingw-w64-dev wine64             # preset windows
+  g++-mingw-w64-x86-64-posix llvm wine64           # preset windows
 )
 case "$purpose" in
   demo) packages=("${demo[@]}") ;;

@@ -1,4 +1,4 @@
-// ISA-L is faster, but much of it needs an assembler of its own.
+// ISA-L is faster, but much of it needs an assembler of its own, and Debian has it for this machine only.
 #include "adapters/mcap/bytes.hpp"
 
 #include <zlib.h>
