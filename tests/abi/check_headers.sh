@@ -14,6 +14,13 @@ for header in lbea wire; do
     "$cxx" -std=$language -x c++ "${warnings[@]}" - <<<"#include <lbea/$header.h>"
   done
 done
+# Without C library and GCC's extensions, for MSVC's ABI.
+if command -v clang++ >/dev/null; then
+  for header in lbea wire; do
+    clang --target=x86_64-pc-windows-msvc -ffreestanding -std=c99 -x c "${warnings[@]}" - <<<"#include <lbea/$header.h>"
+    clang++ --target=x86_64-pc-windows-msvc -ffreestanding -std=c++14 -x c++ "${warnings[@]}" - <<<"#include <lbea/$header.h>"
+  done
+fi
 # Without GCC's attributes, as MSVC reads it.
 marks=$("$cc" -D_WIN32 -E -P -I "$include" -x c - <<<$'#include <lbea/api.h>\nLBEA_API LBEA_HIDDEN end' | tr -d ' \n')
 [ "$marks" = end ] || { echo "on Windows, LBEA_API is '$marks'" >&2; exit 1; }

@@ -33,6 +33,21 @@ if [ -e "$archive/include/lbea/wire.h" ]; then
   for example in publish subscribe; do
     "$cc" -std=c99 "${warnings[@]}" "$archive/examples/$example.c" -I"$archive/include" -L"$libdir" -llbea-wire -Wl,-rpath,"$libdir" -o "$work/$example"
   done
+  "$cc" -std=c99 "${warnings[@]}" "$project"/tests/wire/c/*.c "$project/tests/c_api/inputs.c" -I"$project" -I"$archive/include" \
+    -L"$libdir" -llbea-wire -Wl,-rpath,"$libdir" -o "$work/client"
+fi
+# The import libraries, with what has MSVC's ABI and linker: sizes of structs and messages are as by mingw.
+msvc=no
+if [ -e "$archive/lib/lbea.lib" ] && command -v clang lld-link >/dev/null; then
+  msvc=yes
+  printf 'LIBRARY kernel32.dll\nEXPORTS\n  GetStdHandle\n  WriteFile\n  ExitProcess\n' >"$work/kernel32.def"
+  llvm-dlltool -m i386:x86-64 -d "$work/kernel32.def" -l "$work/kernel32.lib"
+  clang --target=x86_64-pc-windows-msvc -ffreestanding -std=c99 "${warnings[@]}" -Wno-language-extension-token \
+    -I"$archive/include" -c "$project/tests/package/msvc.c" -o "$work/msvc.obj"
+  lld-link /nodefaultlib /entry:start /subsystem:console /opt:ref "$work/msvc.obj" "$libdir/lbea.lib" "$libdir/lbea-wire.lib" \
+    "$work/kernel32.lib" "/out:$work/by_msvc.exe"
+  "$cc" -std=c99 "${warnings[@]}" -I"$archive/include" -nostartfiles -e start "$project/tests/package/msvc.c" -L"$libdir" \
+    -llbea -llbea-wire -lkernel32 -o "$work/by_mingw.exe"
 fi
 cc -std=c11 -O1 "$archive/examples/match.c" -I"$archive/include" -L"$host/runtime" -llbea -Wl,-rpath,"$host/runtime" -o "$work/here"
 
@@ -51,17 +66,25 @@ for method in lbea fit; do
   ./here "$model" pose.txt $method <cloud.xyz >expected
   diff expected printed
 done
+if [ $msvc = yes ]; then
+  run by_msvc >printed
+  run by_mingw >expected
+  diff expected printed
+  grep -q '^no such file: cannot open' printed || fail "msvc.c printed:" "$(cat printed)"
+fi
 for consumer in consumer static_consumer; do
   run $consumer "$model" || fail "$consumer does not find a sample of the model"
   code=0
   run $consumer /no/such/model >/dev/null || code=$?
   [ "$code" -eq 3 ] || fail "$consumer does not catch exceptions of the library"
 done
-for built in "$build"/bin/lbea-*.exe; do
-  [ -e "$built" ] || continue
-  program=$archive/bin/$(basename "$built")
-  printed=$("${emulator[@]}" "$program" --version | tr -d '\r')
-  [[ $printed == "$(basename "$program" .exe) "* ]] || fail "$program --version printed: $printed"
+for name in serve send record inspect keygen; do
+  [ -e "$build/tools/$name" ] || continue # some of the sources could not be downloaded
+  printed=$("${emulator[@]}" "$(echo "$archive/bin/lbea-$name"*)" --version | tr -d '\r')
+  [[ $printed == "lbea-$name "* ]] || fail "lbea-$name --version printed: $printed"
+done
+for license in copyright libzmq libsodium libxxhash-dev libflatbuffers-dev; do
+  [ $wire = no ] || ls "$archive"/*"$license.txt" >/dev/null || fail "there is no license of $license"
 done
 if [ $wire = yes ]; then
   "$host/tools/serve/lbea-serve" "$model" --pose "$sensor" --frames "tcp://127.0.0.1:*" --results "tcp://127.0.0.1:*" >tally 2>log &
@@ -78,5 +101,6 @@ if [ $wire = yes ]; then
   kill -INT "$server"
   wait "$server" || fail "lbea-serve lost frames:" "$(cat tally)"
   server=
+  bash "$project/tests/wire/c/client.sh" "$host" tcp "${emulator[@]}" "$(echo "$work/client"*)"
 fi
-echo "$(basename "$archive"): match.c prints what it prints here; C++ links both libraries; publish.c and subscribe.c: $wire"
+echo "$(basename "$archive"): match.c prints what it prints here; C++ links both libraries; publish.c and subscribe.c: $wire; MSVC's ABI: $msvc"
