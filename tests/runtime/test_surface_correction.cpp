@@ -1,8 +1,8 @@
 // The estimate is moved to the frame's points: shapes that are combinations of the samples are then met, where their
 // depth images alone tell less.
-#include "runtime/src/fit/surface_fit.hpp"
+#include "runtime/src/fit/joint_fit.hpp"
 #include "tests/runtime/brute_force.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/two_rigs.hpp"
 
 #include <doctest/doctest.h>
 
@@ -64,6 +64,61 @@ class PlateFit {
   std::vector<RankedSample> all_;
 };
 
+/// Fits frames of plates that one rig sees from above and one from below, without the history of a test.
+class PlateFitOfTwo {
+ public:
+  explicit PlateFitOfTwo(const TwoRigs& rigs, float shift = FitSettings{}.correction_shift)
+      : rigs_(rigs),
+        views_{SensorViews::baked_into(rigs.model), rigs.rigs[1].views},
+        fitters_{fitter(views_[0], shift), fitter(views_[1], shift)},
+        indexes_{index(), index()},
+        joint_(rigs.model.view(), views_[0].data()->regression, views_[0].data()->metric.mesh_noise, 2, 1) {
+    for (std::uint32_t s = 0; s < rigs.model.samples(); ++s) all_.push_back({s, 0});
+  }
+  /// What a rig sees, moved upwards.
+  void see(std::size_t rig, const std::vector<float>& positions, float upwards = 0) {
+    std::vector<Point> points = seen_from(rigs_.sensors[rig], positions);
+    const float deeper = rig == 0 ? -upwards : upwards;  // for the camera
+    for (Point& p : points) p.z += deeper;
+    indexes_[rig].build(points, rigs_.sensors[rig].T_reference_sensor);
+    static_cast<void>(fitters_[rig].fit(indexes_[rig], all_));
+  }
+  struct Errors {
+    double before, after;  // the correction: mean distance from `truth`
+  };
+  /// later_s: of the second frame.
+  Errors errors(const std::vector<float>& truth, double later_s = 0) {
+    const std::array<RigEvidence, 2> evidence{{{&fitters_[0], &indexes_[0], 0}, {&fitters_[1], &indexes_[1], later_s}}};
+    SurfaceFit result = joint_.fit(evidence, nullptr);
+    const double before = error(result, truth);
+    joint_.correct(result);
+    return {before, error(result, truth)};
+  }
+
+ private:
+  [[nodiscard]] SurfaceFitter fitter(const SensorViews& views, float shift) const {
+    FitSettings settings;
+    settings.correction_shift = shift;
+    return {rigs_.model.view(), views, 1, settings};
+  }
+  [[nodiscard]] CloudIndex index() const { return {envelope_grid(rigs_.model.view().envelope), 200'000}; }
+  [[nodiscard]] double error(const SurfaceFit& fit, const std::vector<float>& truth) const {
+    std::vector<float> mesh(truth.size());
+    for (const auto& [sample, weight] : fit.estimate) {
+      const auto positions = rigs_.model.node_positions(rigs_.model.sample_index(sample));
+      for (std::size_t i = 0; i < mesh.size(); ++i) mesh[i] += weight * positions[i];
+    }
+    return mean_distance(mesh, truth);
+  }
+
+  const TwoRigs& rigs_;
+  std::array<SensorViews, 2> views_;
+  std::array<SurfaceFitter, 2> fitters_;
+  std::array<CloudIndex, 2> indexes_;
+  JointFitter joint_;
+  std::vector<RankedSample> all_;
+};
+
 float sum_of_weights(std::span<const WeightedSample> estimate) {
   float sum = 0;
   for (const WeightedSample& one : estimate) sum += one.weight;
@@ -102,6 +157,54 @@ TEST_CASE("what the pose lacks does not become a deformation") {
   CAPTURE(with_shift / 34);
   CAPTURE(without / 34);
   CHECK(with_shift < 0.95 * without);
+}
+
+TEST_CASE("the points of two rigs correct the estimate that both have together") {
+  const TwoRigs rigs(4, 3);
+  PlateFitOfTwo fit(rigs);
+  double before = 0, after = 0;
+  for (double angle = 0.3; angle < 0.97; angle += 0.04) {
+    fit.see(0, bent(angle));
+    fit.see(1, bent(angle));
+    const auto errors = fit.errors(bent(angle));
+    before += errors.before;
+    after += errors.after;
+  }
+  CAPTURE(before / 17);
+  CHECK(after < 0.8 * before);
+}
+
+TEST_CASE("what the pose of one rig lacks does not become a deformation in the estimate of two") {
+  const TwoRigs rigs(4, 3);
+  constexpr float no_shift = 1e-3f;
+  PlateFitOfTwo tolerant(rigs), strict(rigs, no_shift);
+  double with_shift = 0, without = 0;
+  for (double angle = 0.3; angle < 0.97; angle += 0.04)
+    for (const auto& [fit, sum] : {std::pair{&tolerant, &with_shift}, std::pair{&strict, &without}}) {
+      fit->see(0, bent(angle));
+      fit->see(1, bent(angle), 1);
+      *sum += fit->errors(bent(angle)).after;
+    }
+  CAPTURE(with_shift / 17);
+  CAPTURE(without / 17);
+  CHECK(with_shift < 0.95 * without);
+}
+
+TEST_CASE("a frame that is captured later corrects the shape of the earlier one") {
+  const TwoRigs rigs(4, 3);
+  PlateFitOfTwo fit(rigs);
+  const double interval_s = rigs.model.view().sample_times[1] - rigs.model.view().sample_times[0];
+  double known = 0, unknown = 0;
+  for (double angle = 0.3; angle < 0.6; angle += 0.03) {
+    constexpr double per_interval = 0.2;  // of the run in the middle
+    fit.see(0, bent(angle));
+    fit.see(1, bent(angle + per_interval / 2));
+    known += fit.errors(bent(angle), interval_s / 2).after;
+    unknown += fit.errors(bent(angle)).after;
+  }
+  CAPTURE(known / 10);
+  CAPTURE(unknown / 10);
+  CHECK(known < 0.5 * unknown);
 }
 
 TEST_CASE("the correction keeps the sum of the weights, and the spread and time that the bake knows") {
