@@ -33,8 +33,7 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       best_(most_candidates(settings, runs_.size(), model.info.samples)),
       candidates_(best_.capacity()),
       alone_(best_.capacity()),
-      states_(best_.capacity()),
-      corrected_(settings.most_combined()),
+      states_(std::max<std::size_t>(best_.capacity(), settings.most_combined())),
       of_rig_(best_.capacity()),
       gram_(best_.capacity() * best_.capacity()),
       pose_gram_(gram_.size()),
@@ -64,7 +63,7 @@ void JointFitter::correct(SurfaceFit& result) noexcept {
   for (const RigEvidence& rig : rigs_) {
     SurfaceCorrection::Observation seen = rig.fitter->observation(*rig.index);
     if (rig.later_s != 0) {
-      const auto states = std::span(corrected_).first(estimate_.numbers().size());
+      const auto states = std::span(states_).first(estimate_.numbers().size());
       std::ranges::transform(estimate_.numbers(), states.begin(),
                              [&](std::uint32_t sample) { return state_at(sample, rig.later_s); });
       seen.states = states;

@@ -79,7 +79,6 @@ class JointFitter {
   std::vector<Match> candidates_;
   std::vector<float> alone_;  // per candidate: residual without the cost
   std::vector<StateBetween> states_;
-  std::vector<StateBetween> corrected_;  // of the estimate's samples
   std::vector<RankedSample> of_rig_;     // the candidates at the time of a rig's frame
   std::vector<float> gram_, pose_gram_;  // pose_gram_: of the best of them
   float cells_ = 0;                      // that its means are over

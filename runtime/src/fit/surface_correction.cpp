@@ -100,8 +100,7 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, c
       price_(settings.correction_price),
       shift_(settings.correction_shift * mesh_noise),
       shapes_(model, LandmarkPlaces::surface),
-      buffer_(shapes_.size()),
-      next_(shapes_.size()),
+      buffer_(2 * shapes_.size()),
       shape_(shapes_.size()),
       normals_(shapes_.size()),
       distances_(shapes_.stride()),
@@ -109,11 +108,10 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, c
       gram_(std::size_t{settings.most_combined()} * settings.most_combined()),
       products_(settings.most_combined()),
       sums_(settings.most_combined()),
+      of_shifts_(3 * most_rigs * settings.most_combined()),
       weights_(settings.most_combined()),
       changes_(settings.most_combined()),
-      ridge_(settings.most_combined()) {
-  for (Shift& shift : shifts_) shift.samples.resize(3 * std::size_t{settings.most_combined()});
-}
+      ridge_(settings.most_combined()) {}
 
 void SurfaceCorrection::begin(const ShapeEstimate& estimate) noexcept {
   estimate_ = &estimate;
@@ -130,7 +128,9 @@ void SurfaceCorrection::add(const Observation& seen) noexcept {
   all_measured_ += measured_;
   weigh_robustly();
   squares_ += set_rows(seen.states);
-  add_products(shifts_[rigs_++]);
+  Shift& shift = shifts_[rigs_];
+  shift.samples = &of_shifts_[3 * rigs_++ * estimate_->samples().size()];
+  add_products(shift);
 }
 
 std::span<const float> SurfaceCorrection::solve() noexcept {
@@ -147,7 +147,8 @@ std::span<const float> SurfaceCorrection::solve() noexcept {
 std::span<const float> SurfaceCorrection::shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept {
   if (states.empty()) return shapes_.of(estimate_->numbers()[sample], true, buffer_);
   const auto& [state, next, share] = states[sample];
-  const auto a = shapes_.of(state, true, buffer_), b = shapes_.of(next, true, next_);
+  const auto into = std::span(buffer_);
+  const auto a = shapes_.of(state, true, into), b = shapes_.of(next, true, into.subspan(shapes_.size()));
   for (std::size_t i = 0; i < shapes_.size(); ++i) buffer_[i] = a[i] + share * (b[i] - a[i]);
   return buffer_;
 }
@@ -253,7 +254,7 @@ void SurfaceCorrection::add_products(Shift& shift) noexcept {
 /// from the normal equations. A shift by shift_ costs as much as a weight of 1.
 void SurfaceCorrection::eliminate(Shift& shift, float price) noexcept {
   const std::size_t k = estimate_->samples().size();
-  auto& [matrix, samples, constant] = shift;
+  auto& [matrix, constant, samples] = shift;
   for (std::size_t axis = 0; axis < 3; ++axis) matrix[axis][axis] += price / square(shift_);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float* const row = &samples[axis * k];

@@ -43,8 +43,8 @@ class SurfaceCorrection {
   /// The unknown shift of a rig's points: normal equations with itself and with the samples' weights.
   struct Shift {
     std::array<std::array<float, 3>, 3> matrix;
-    std::vector<float> samples;  // axis by axis
     std::array<float, 3> constant;
+    float* samples;  // 3 x k
   };
 
   void combine(std::span<const StateBetween> states) noexcept;
@@ -64,15 +64,16 @@ class SurfaceCorrection {
   float price_, shift_;
   ShapeLandmarks shapes_;
   const ShapeEstimate* estimate_ = nullptr;
-  std::size_t measured_ = 0, all_measured_ = 0;         // nodes: of the last rig, of all
-  std::size_t rigs_ = 0;                                // that show something
-  float squares_ = 0;                                   // sum of the rigs' set_rows()
-  std::vector<float> buffer_, next_, shape_, normals_;  // of the nodes: x, y and z planes; a normal of 0: not measured
-  std::vector<float> distances_;                        // of the nodes from the planes, along the normals
-  std::vector<float> rows_;                             // per sample: changes of these distances with its weight
-  std::vector<float> gram_, products_;                  // of the samples, all rigs; of the gram the upper half
-  std::vector<float> sums_;                             // of a rig
-  std::array<Shift, most_rigs> shifts_;
+  std::size_t measured_ = 0, all_measured_ = 0;  // nodes: of the last rig, of all
+  std::size_t rigs_ = 0;                         // that show something
+  float squares_ = 0;                            // sum of the rigs' set_rows()
+  std::vector<float> buffer_, shape_, normals_;  // of the nodes: x, y and z planes; a normal of 0: not measured
+  std::vector<float> distances_;                 // of the nodes from the planes, along the normals
+  std::vector<float> rows_;                      // per sample: changes of these distances with its weight
+  std::vector<float> gram_, products_;           // of the samples, all rigs; of the gram the upper half
+  std::vector<float> sums_;                      // of a rig
+  std::array<Shift, most_rigs> shifts_{};
+  std::vector<float> of_shifts_;  // their products with the samples
   std::vector<float> weights_;
   std::vector<double> changes_;
   RidgeProblem ridge_;

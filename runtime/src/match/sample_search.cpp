@@ -108,7 +108,7 @@ SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
 }
 
 // Halves the samples along the leading coefficient that varies most among them.
-std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
+[[gnu::cold]] std::uint32_t SampleTree::build(std::uint32_t begin, std::uint32_t end) {
   const auto self = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({begin, end, 0, 0});
   centers_.resize(nodes_.size() * 3 * stride_);
