@@ -219,7 +219,7 @@ TEST_CASE("a known impact is kept; without a learned variation there is no clock
   CHECK(none.of_samples(2 * millisecond).variance == 0);
 }
 
-TEST_CASE("a test has not lasted longer than since shortly before its first frame, if that may be undeformed") {
+TEST_CASE("a test whose first frame may be undeformed begins shortly before it") {
   constexpr double unknown = std::numeric_limits<double>::infinity();
   TestClock clock = clock_of_10_ms();
   CHECK(clock.latest(0).mean_s == 0);

@@ -96,8 +96,8 @@ float CandidateSearch::most_explained(float limited) const noexcept {
   return settings_.hidden * (limited + square(images_.metric.mesh_noise / images_.camera.depth_step));
 }
 
-/// Of the most similar sample in each part of the first third of the simulations: the times of later ones vary too
-/// much.
+/// Time since the impact of the earliest sample that explains what the frame shows, s; infinite: none does. Compares
+/// the most similar sample in each part of the first third of the simulations: the times of later ones vary too much.
 double CandidateSearch::earliest_explaining(float most) noexcept {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   constexpr std::uint8_t parts = 16;

@@ -23,7 +23,8 @@ class JointFitter {
   /// matches() are valid until the next call or the next frame of a rig. Does not allocate.
   SurfaceFit fit(std::span<const RigEvidence> rigs, const FrameExpectation* expected) noexcept;
 
-  /// Corrects the estimate by the points of all rigs' frames, and ranks the candidates by it. Does not allocate.
+  /// After fit(): corrects the estimate by the points of all rigs' frames, and ranks the candidates by it. Spread,
+  /// time, bound and verdict remain those of the uncorrected estimate, as with one rig. Does not allocate.
   void correct(SurfaceFit& result) noexcept;
 
   /// The motion that a rig's frame lacks, given the prior and the frames of all rigs. Does not allocate.

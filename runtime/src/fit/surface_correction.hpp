@@ -28,8 +28,8 @@ class SurfaceCorrection {
 
   /// Begins the correction of an estimate, which must remain until it is solved. Does not allocate.
   void begin(const ShapeEstimate& estimate) noexcept;
-  /// Adds the frame of a rig: the distances of the estimate's surface from planes through the
-  /// points that the camera sees at the same places (Chen and Medioni 1992). Does not allocate.
+  /// Adds the frame of a rig: the distances of the estimate's surface from planes through the points that the camera
+  /// sees at the same places (Chen and Medioni 1992). Does not allocate.
   void add(const Observation& seen) noexcept;
   /// Weights of the estimate's samples, whose sum is 1, that bring its observed surface nearer to the points of all
   /// frames: a Gauss-Newton step on these distances, regularized by ridge regression about the estimate, with a shift
@@ -38,8 +38,6 @@ class SurfaceCorrection {
   [[nodiscard]] std::span<const float> solve() noexcept;
 
  private:
-  using Vector = std::array<float, 3>;
-
   /// The unknown shift of a rig's points: normal equations with itself and with the samples' weights.
   struct Shift {
     std::array<std::array<float, 3>, 3> matrix;

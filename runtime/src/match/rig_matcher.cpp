@@ -61,8 +61,10 @@ MatchResult RigMatcher::State::combine() noexcept {
   FrameExpectation expected = joint_history.expectation();
   if (expected.is_first) expected.begin_at(earliest_s());
   do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
-  fitter.correct(result.fit);
-  if (is_contradicted()) result.fit.error_90 = FitNumbers{}.error_90;
+  if (is_contradicted())
+    result.fit.error_90 = FitNumbers{}.error_90;
+  else
+    fitter.correct(result.fit);
   result.elapsed_ns.fit += watch.lap_ns();
   result.coverage = fitter.shown_share();
   result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
@@ -89,12 +91,12 @@ bool RigMatcher::State::move_poses() noexcept {
   return has_moved;
 }
 
-/// The earliest time that all rigs allow which know one; infinite: none does.
+/// The earliest time since the impact, at the stamp of the lead, of the rigs that know one; minus infinity: none does.
 double RigMatcher::State::earliest_s() const noexcept {
   double earliest = -std::numeric_limits<double>::infinity();
   for (const RigEvidence& rig : std::span(evidence).first(used))
     if (const double by_rig = rig.fitter->search().earliest_s(); std::isfinite(by_rig))
-      earliest = std::max(earliest, by_rig);
+      earliest = std::max(earliest, by_rig - rig.later_s);
   return earliest;
 }
 
