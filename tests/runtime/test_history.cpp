@@ -1,6 +1,7 @@
 // What the earlier frames of a test say about the next one.
 #include "runtime/src/depth/shape_history.hpp"
 #include "runtime/src/depth/test_clock.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 #include "runtime/src/model/model_view.hpp"
 #include "tests/runtime/seen_plates.hpp"
 
@@ -341,4 +342,29 @@ TEST_CASE("what a frame hides is known from an earlier one") {
     error += off(informed);
   }
   CHECK(error < error_alone / 2);
+}
+
+// Regression: the first frame was expected at the impact.
+TEST_CASE("the first frame of a test may show any time where no samples are proposed by their images") {
+  const AlignedBytes bytes = seen_plates_model(6, 16);
+  const Model model = Model::view(bytes.span());
+  DepthImages images = *SensorViews::baked_into(model).data();
+  std::vector<std::uint16_t> depths(images.depths.begin(), images.depths.end());
+  for (std::size_t begin = 0; begin < depths.size(); begin += padded_cells(images.camera))
+    for (const std::uint32_t cell : thinned_cells(images)) depths[begin + cell] = empty_cell;
+  images.depths = depths;
+  SurfaceFitter fitter(model.view(), SensorViews(std::make_shared<const DepthImages>(images)), 1);
+  REQUIRE(!fitter.search().proposes());
+  std::vector<RankedSample> all;
+  for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
+  CloudIndex index(envelope_grid(model.view().envelope), 200'000);
+  const EnsembleTimes times = EnsembleTimes::of(model.view());
+  const FrameExpectation first{0, {}, {}, {times.impact_s, 0.01 * times.duration_s * times.duration_s}, true};
+  for (double angle = 0.05; angle < 1; angle += 0.1) {
+    index.build(seen(bent(angle), {.sigma = 0.5f}, 3), rig_above().T_reference_sensor);
+    static_cast<void>(fitter.fit(index, all));
+    const Sample alone = fitter.search().candidates()[0].sample;
+    static_cast<void>(fitter.fit(index, all, {nullptr, &first, nullptr}));
+    CHECK(fitter.search().candidates()[0].sample == alone);
+  }
 }

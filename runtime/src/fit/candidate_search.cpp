@@ -51,6 +51,7 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
   earliest_s_ = std::numeric_limits<double>::infinity();
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;
   if (!proposes()) {
+    if (expectation.is_first) expectation.latest = {};  // no sample is known that the test may begin at
     assess(proposed, expected);
     return rank_image();
   }

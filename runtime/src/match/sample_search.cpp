@@ -125,7 +125,7 @@ SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
   return self;
 }
 
-void SampleTree::enclose(Node& node) {
+[[gnu::noinline]] void SampleTree::enclose(Node& node) {
   float* const middle = centers_.data() + centers_.size() - 3 * stride_;
   const float share = 1 / static_cast<float>(node.end - node.begin);
   for (std::uint32_t i = node.begin; i < node.end; ++i)
@@ -137,7 +137,7 @@ void SampleTree::enclose(Node& node) {
   }
 }
 
-std::size_t SampleTree::widest(std::uint32_t begin, std::uint32_t end) const {
+[[gnu::cold]] std::size_t SampleTree::widest(std::uint32_t begin, std::uint32_t end) const {
   std::vector<Spread> spreads(leading_.size());
   for (std::uint32_t i = begin; i < end; ++i)
     for (std::size_t k = 0; k < leading_.size(); ++k) spreads[k].add(double{sample(order_[i])[leading_[k]]});
