@@ -64,6 +64,12 @@ class PlateFit {
   std::vector<RankedSample> all_;
 };
 
+/// Of the rig below.
+struct Disturbance {
+  float upwards = 0;   // shift of what it sees
+  double later_s = 0;  // its frame
+};
+
 /// Fits frames of plates that one rig sees from above and one from below, without the history of a test.
 class PlateFitOfTwo {
  public:
@@ -75,24 +81,18 @@ class PlateFitOfTwo {
         joint_(rigs.model.view(), views_[0].data()->regression, views_[0].data()->metric.mesh_noise, 2, 1) {
     for (std::uint32_t s = 0; s < rigs.model.samples(); ++s) all_.push_back({s, 0});
   }
-  /// What a rig sees, moved upwards.
-  void see(std::size_t rig, const std::vector<float>& positions, float upwards = 0) {
-    std::vector<Point> points = seen_from(rigs_.sensors[rig], positions);
-    const float deeper = rig == 0 ? -upwards : upwards;  // for the camera
-    for (Point& p : points) p.z += deeper;
-    indexes_[rig].build(points, rigs_.sensors[rig].T_reference_sensor);
-    static_cast<void>(fitters_[rig].fit(indexes_[rig], all_));
-  }
   struct Errors {
-    double before, after;  // the correction: mean distance from `truth`
+    double before, after;  // the correction: mean distance from what the rig above sees
   };
-  /// later_s: of the second frame.
-  Errors errors(const std::vector<float>& truth, double later_s = 0) {
-    const std::array<RigEvidence, 2> evidence{{{&fitters_[0], &indexes_[0], 0}, {&fitters_[1], &indexes_[1], later_s}}};
+  Errors errors(const std::vector<float>& above, const std::vector<float>& below, const Disturbance& disturbance = {}) {
+    see(0, above);
+    see(1, below, disturbance.upwards);
+    const std::array<RigEvidence, 2> evidence{
+        {{&fitters_[0], &indexes_[0], 0}, {&fitters_[1], &indexes_[1], disturbance.later_s}}};
     SurfaceFit result = joint_.fit(evidence, nullptr);
-    const double before = error(result, truth);
+    const double before = error(result, above);
     joint_.correct(result);
-    return {before, error(result, truth)};
+    return {before, error(result, above)};
   }
 
  private:
@@ -100,6 +100,12 @@ class PlateFitOfTwo {
     FitSettings settings;
     settings.correction_shift = shift;
     return {rigs_.model.view(), views, 1, settings};
+  }
+  void see(std::size_t rig, const std::vector<float>& positions, float upwards = 0) {
+    std::vector<Point> points = seen_from(rigs_.sensors[rig], positions);
+    for (Point& p : points) p.z += rig == 0 ? -upwards : upwards;  // deeper for the camera below
+    indexes_[rig].build(points, rigs_.sensors[rig].T_reference_sensor);
+    static_cast<void>(fitters_[rig].fit(indexes_[rig], all_));
   }
   [[nodiscard]] CloudIndex index() const { return {envelope_grid(rigs_.model.view().envelope), 200'000}; }
   [[nodiscard]] double error(const SurfaceFit& fit, const std::vector<float>& truth) const {
@@ -164,9 +170,7 @@ TEST_CASE("the points of two rigs correct the estimate that both have together")
   PlateFitOfTwo fit(rigs);
   double before = 0, after = 0;
   for (double angle = 0.3; angle < 0.97; angle += 0.04) {
-    fit.see(0, bent(angle));
-    fit.see(1, bent(angle));
-    const auto errors = fit.errors(bent(angle));
+    const auto errors = fit.errors(bent(angle), bent(angle));
     before += errors.before;
     after += errors.after;
   }
@@ -180,11 +184,8 @@ TEST_CASE("what the pose of one rig lacks does not become a deformation in the e
   PlateFitOfTwo tolerant(rigs), strict(rigs, no_shift);
   double with_shift = 0, without = 0;
   for (double angle = 0.3; angle < 0.97; angle += 0.04)
-    for (const auto& [fit, sum] : {std::pair{&tolerant, &with_shift}, std::pair{&strict, &without}}) {
-      fit->see(0, bent(angle));
-      fit->see(1, bent(angle), 1);
-      *sum += fit->errors(bent(angle)).after;
-    }
+    for (const auto& [fit, sum] : {std::pair{&tolerant, &with_shift}, std::pair{&strict, &without}})
+      *sum += fit->errors(bent(angle), bent(angle), {.upwards = 1}).after;
   CAPTURE(with_shift / 17);
   CAPTURE(without / 17);
   CHECK(with_shift < 0.95 * without);
@@ -197,10 +198,9 @@ TEST_CASE("a frame that is captured later corrects the shape of the earlier one"
   double known = 0, unknown = 0;
   for (double angle = 0.3; angle < 0.6; angle += 0.03) {
     constexpr double per_interval = 0.2;  // of the run in the middle
-    fit.see(0, bent(angle));
-    fit.see(1, bent(angle + per_interval / 2));
-    known += fit.errors(bent(angle), interval_s / 2).after;
-    unknown += fit.errors(bent(angle)).after;
+    const auto later = bent(angle + per_interval / 2);
+    known += fit.errors(bent(angle), later, {.later_s = interval_s / 2}).after;
+    unknown += fit.errors(bent(angle), later).after;
   }
   CAPTURE(known / 10);
   CAPTURE(unknown / 10);
