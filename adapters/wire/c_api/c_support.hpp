@@ -53,7 +53,7 @@ struct OpenOptions {
   std::chrono::milliseconds patience;
   std::uint32_t queued_messages;
 };
-/// Throws Error{bad_config} for an endpoint of this process: there no matcher can be.
+/// Throws Error{bad_config} for an inproc endpoint, which reaches no other process.
 void refuse_own_process(const std::string& endpoint);
 /// `options`: null for the defaults.
 [[nodiscard]] bool has_known_size(const lbea_wire_options* options) noexcept;

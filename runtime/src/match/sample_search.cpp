@@ -125,6 +125,7 @@ SampleTree::SampleTree(std::span<const float> coefficients, std::size_t modes)
   return self;
 }
 
+// Not inlined: build() is compiled for size.
 [[gnu::noinline]] void SampleTree::enclose(Node& node) {
   float* const middle = centers_.data() + centers_.size() - 3 * stride_;
   const float share = 1 / static_cast<float>(node.end - node.begin);
