@@ -26,6 +26,7 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
       points_(source.camera.cells()),
       truth_(source.nodes_of(0)),
       positions_(ids_.size() * truth_.size()),
+      landmarks_(source.points_of ? positions_.size() + ids_.size() * 3 * source.surface.size() : 0),
       view_(view_of()),
       fitter_(view_,
               SensorViews(
@@ -35,7 +36,9 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
                                                                   .metric = metric,
                                                                   .pose_variance = static_cast<float>(pose_variance),
                                                                   .regression = regression_of_proposed()})),
-              1) {}
+              1) {
+  if (source.points_of) index_.emplace(source.grid, static_cast<std::uint32_t>(source.most_points));
+}
 
 FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* prior) {
   const SurfaceFit fit = match(frame, prior);
@@ -59,9 +62,21 @@ FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* p
   return errors;
 }
 
-ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseBelief& prior) {
+ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseMotion& calibration) {
+  PoseBelief prior;
+  for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration[i];
   const double estimate_error = errors(frame, &prior).estimate;
-  return {fitter_.pose(), fitter_.pose_fit().variance(), estimate_error};
+  ApparentMotion motion{fitter_.pose(), {}, fitter_.pose_fit().variance(), estimate_error};
+  if (!index_) return motion;
+  SurfaceFit fit;
+  correct(frame, fit);
+  motion.by_points = fitter_.pose_by_points(calibration);
+  return motion;
+}
+
+void LeftOutFitter::correct(const LeftOutFrame& frame, SurfaceFit& fit) {
+  index_->build(source_.points_of(frame.sample), source_.camera.T_reference_sensor);
+  if (index_->size() > 0) fitter_.correct(*index_, fit);
 }
 
 SurfaceFit LeftOutFitter::match(const LeftOutFrame& frame, const PoseBelief* prior) {
@@ -69,6 +84,10 @@ SurfaceFit LeftOutFitter::match(const LeftOutFrame& frame, const PoseBelief* pri
   for (std::uint32_t k = 0; k < frame.proposed.size(); ++k) {
     source_.read_images(frame.proposed[k], std::span(depths_).subspan(k * stride_, stride_));
     std::ranges::copy(source_.nodes_of(frame.proposed[k]), &positions_[k * truth_.size()]);
+    if (!landmarks_.empty()) {
+      const auto begin = landmarks_.begin() + std::ssize(landmarks_) / std::ssize(ids_) * k;
+      std::ranges::copy(shape(k), std::ranges::copy(source_.surface_of(frame.proposed[k]), begin).out);
+    }
     if (!shapes_.empty())
       std::ranges::copy(regression_.shape(frame.proposed[k]), &shapes_[k * ShapeRegression::shape_scores]);
     proposed.push_back({k, 0});
@@ -99,6 +118,8 @@ ModelView LeftOutFitter::view_of() {
   view.info.nodes = static_cast<std::uint32_t>(truth_.size() / 3);
   view.samples = ids_;
   view.node_positions = positions_;
+  view.landmark_positions = landmarks_;
+  view.info.vertices = static_cast<std::uint32_t>(source_.surface.size());
   return view;
 }
 

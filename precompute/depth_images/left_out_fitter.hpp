@@ -17,9 +17,10 @@ struct FrameErrors {
 
 /// The apparent pose error of a left-out frame, whose pose is right.
 struct ApparentMotion {
-  PoseBelief posterior;
-  double variance = 0;        // see PoseFit::variance
-  double estimate_error = 0;  // mean distance
+  PoseBelief posterior;                        // by the image
+  std::optional<PoseMeasurement> by_points{};  // of frames whose points are known
+  double variance = 0;                         // see PoseFit::variance
+  double estimate_error = 0;                   // mean distance
 };
 
 /// A left-out frame's image, the samples of other simulations that are proposed for it and, where they are known, its
@@ -46,12 +47,15 @@ class LeftOutFitter {
 
   /// prior: of the pose, which does not change the errors; none: the pose is known.
   FrameErrors errors(const LeftOutFrame& frame, const PoseBelief* prior = nullptr);
-  ApparentMotion motion(const LeftOutFrame& frame, const PoseBelief& prior);
+  /// calibration: variance of the poses per component.
+  ApparentMotion motion(const LeftOutFrame& frame, const PoseMotion& calibration);
   /// Of the component; lengths that follow from it are nearly the same for all samples.
   [[nodiscard]] PoseCenter center() const { return PoseCenter::of(view_); }
 
  private:
   SurfaceFit match(const LeftOutFrame& frame, const PoseBelief* prior);
+  /// Moves the estimate to the frame's points.
+  void correct(const LeftOutFrame& frame, SurfaceFit& fit);
   [[nodiscard]] ShapeRegression regression_of_proposed() const;
   [[nodiscard]] ModelView view_of();
   [[nodiscard]] std::span<const float> shape(std::size_t candidate) const {
@@ -68,8 +72,10 @@ class LeftOutFitter {
   std::vector<std::uint16_t> image_;  // of the frame's sample
   std::vector<float> points_;
   std::vector<float> truth_, positions_;
+  std::vector<float> landmarks_;  // per proposed sample: nodes of the surface, then those of positions_
   ModelView view_;
   SurfaceFitter fitter_;
+  std::optional<CloudIndex> index_;  // of the frame
 };
 
 }  // namespace lbea::bake

@@ -5,7 +5,7 @@
 namespace lbea {
 namespace {
 
-constexpr std::size_t line = 32;  // cells: with whole pairs of lanes, products are the same as with all cells
+constexpr std::size_t cells_of_line = 32;  // with whole pairs of lanes, products are the same as with all cells
 
 }  // namespace
 
@@ -69,21 +69,21 @@ float ImageResiduals::subtract(std::uint32_t sample, std::span<float> residuals)
 void ImageResiduals::gather() noexcept {
   const std::size_t cells = padded_cells(images_.camera);
   lines_.clear();
-  for (std::size_t begin = 0; begin < cells; begin += line) {
+  for (std::size_t begin = 0; begin < cells; begin += cells_of_line) {
     std::uint32_t bits = 0;
     for (std::size_t i = 0; i < count_; ++i)
-      for (std::size_t c = begin; c < begin + line; ++c)
+      for (std::size_t c = begin; c < begin + cells_of_line; ++c)
         bits |= std::bit_cast<std::uint32_t>(residuals_[i * cells + c]);
     if (bits << 1 != 0) lines_.push_back(static_cast<std::uint32_t>(begin));  // but for the sign of zeros
   }
-  const std::size_t stride = line * lines_.size();
+  const std::size_t stride = cells_of_line * lines_.size();
   for (std::size_t i = 0; i < count_; ++i)
     for (std::size_t l = 0; l < lines_.size(); ++l)
-      std::copy_n(&residuals_[i * cells + lines_[l]], line, &gathered_[i * stride + line * l]);
+      std::copy_n(&residuals_[i * cells + lines_[l]], cells_of_line, &gathered_[i * stride + cells_of_line * l]);
 }
 
 void ImageResiduals::add_products(float scale, std::span<float> gram) noexcept {
-  const std::size_t stride = line * lines_.size();
+  const std::size_t stride = cells_of_line * lines_.size();
   for (std::size_t i = 0; i < count_; ++i) {
     code_.project(gathered_.data(), i + 1, stride, &gathered_[i * stride], products_.data());
     for (std::size_t j = 0; j <= i; ++j) {
