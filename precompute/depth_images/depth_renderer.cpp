@@ -51,14 +51,29 @@ class StereoDepthRenderer final : public DepthRenderer {
 
   void render(std::span<const float> positions, std::span<const std::uint8_t> present,
               std::span<std::uint16_t> image) const override {
-    std::unique_ptr<Workspace> workspace = take_workspace();
-    workspace->mesh.place({positions, present});
-    add_up(workspace->mesh.measured(SensingNoise{}.min_cos_incidence), workspace->cells);
-    std::ranges::fill(image, empty_cell);
-    for (std::size_t cell = 0; cell < workspace->cells.size(); ++cell) image[cell] = depth_of(workspace->cells[cell]);
-    const std::lock_guard lock(mutex_);
-    unused_.push_back(std::move(workspace));
+    measure(positions, present, [&](const sensing::MeasuredPixels& measured, std::vector<Cell>& cells) {
+      cells.assign(camera_.cells(), {});
+      visit_points(measured, [&](std::size_t at, const Vec3& point) {
+        cells[at].sum += double{static_cast<float>(point.z)};
+        ++cells[at].count;
+      });
+      std::ranges::fill(image, empty_cell);
+      for (std::size_t cell = 0; cell < cells.size(); ++cell) image[cell] = depth_of(cells[cell]);
+    });
   }
+
+  [[nodiscard]] std::vector<Point> points(std::span<const float> positions,
+                                          std::span<const std::uint8_t> present) const override {
+    std::vector<Point> points;
+    measure(positions, present, [&](const sensing::MeasuredPixels& measured, const std::vector<Cell>&) {
+      visit_points(measured, [&](std::size_t, const Vec3& point) {
+        points.push_back({static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)});
+      });
+    });
+    return points;
+  }
+
+  [[nodiscard]] std::size_t most_points() const noexcept override { return camera_.cells() * rays_ * rays_; }
 
  private:
   /// Pixels.
@@ -115,14 +130,23 @@ class StereoDepthRenderer final : public DepthRenderer {
     camera_.rows = static_cast<std::uint32_t>(bottom - top);
   }
 
-  void add_up(const sensing::MeasuredPixels& measured, std::vector<Cell>& cells) const {
-    cells.assign(camera_.cells(), {});
+  /// visit(what the sensor measures, cells to use).
+  template <class Visit>
+  void measure(std::span<const float> positions, std::span<const std::uint8_t> present, const Visit& visit) const {
+    std::unique_ptr<Workspace> workspace = take_workspace();
+    workspace->mesh.place({positions, present});
+    visit(workspace->mesh.measured(SensingNoise{}.min_cos_incidence), workspace->cells);
+    const std::lock_guard lock(mutex_);
+    unused_.push_back(std::move(workspace));
+  }
+
+  /// visit(cell, point), of the points in the cells.
+  template <class Visit>
+  void visit_points(const sensing::MeasuredPixels& measured, const Visit& visit) const {
     for (std::size_t i = 0; i < measured.pixels.size(); ++i) {
       const std::uint32_t column = columns_[measured.pixels[i].column], row = rows_[measured.pixels[i].row];
       if (measured.seen[i] == 0 || column >= camera_.columns || row >= camera_.rows) continue;
-      Cell& cell = cells[std::size_t{row} * camera_.columns + column];
-      cell.sum += double{static_cast<float>(measured.points[i].z)};
-      ++cell.count;
+      visit(std::size_t{row} * camera_.columns + column, measured.points[i]);
     }
   }
 

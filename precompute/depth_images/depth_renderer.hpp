@@ -14,6 +14,13 @@ class DepthRenderer {
   /// padded_cells(camera()), see DepthImages. Safe from several threads.
   virtual void render(std::span<const float> positions, std::span<const std::uint8_t> present,
                       std::span<std::uint16_t> image) const = 0;
+  /// What the sensor measures of the same, without noise, in its coordinates: at most most_points(). Safe from several
+  /// threads. A renderer without points renders images alone.
+  [[nodiscard]] virtual std::vector<Point> points(std::span<const float> /*positions*/,
+                                                  std::span<const std::uint8_t> /*present*/) const {
+    return {};
+  }
+  [[nodiscard]] virtual std::size_t most_points() const noexcept { return 0; }
 };
 
 /// Measured on a rail ensemble: finer cells do not find better samples.

@@ -34,6 +34,9 @@ std::vector<std::size_t> whole_runs(std::span<const Sample> samples) {
   return chosen;
 }
 
+/// By one way, one per frame.
+using Measured = std::vector<PoseMeasurement>;
+
 class LeftOutRuns {
  public:
   LeftOutRuns(const SampleSource& source, const DepthMetric& metric, unsigned threads)
@@ -44,9 +47,7 @@ class LeftOutRuns {
         best_(best_of_others(source, frames_, std::span(&metric_, 1), FitSettings{}.candidates, threads)),
         duration_(std::max(std::ranges::max(source.samples, {}, &Sample::time_step).time_step, 1u)),
         calibration_(
-            calibration_variances(LeftOutFitter(source, metric, 1).center(), units_per_mm(source.length_unit))) {
-    for (std::size_t i = 0; i < 6; ++i) prior_.information[7 * i] = 1 / calibration_[i];
-  }
+            calibration_variances(LeftOutFitter(source, metric, 1).center(), units_per_mm(source.length_unit))) {}
 
   /// variance: learned before; 0: not known.
   [[nodiscard]] std::vector<ApparentMotion> motions(double variance) const {
@@ -54,13 +55,30 @@ class LeftOutRuns {
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
       LeftOutFitter fitter(source_, metric_, FitSettings{}.candidates, {}, variance);
       for (std::size_t i = next(); i < frames_.size(); i = next())
-        motions[i] = fitter.motion({frames_, i, best_[i], false}, prior_);
+        motions[i] = fitter.motion({frames_, i, best_[i], false}, calibration_);
     });
     return motions;
   }
 
+  [[nodiscard]] Measured by_image(std::span<const ApparentMotion> motions) const {
+    PoseBelief prior;
+    for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration_[i];
+    Measured measured;
+    for (const ApparentMotion& motion : motions)
+      measured.push_back(PoseMeasurement::between(prior, motion.posterior, calibration_));
+    return measured;
+  }
+  /// Frames without points tell nothing.
+  [[nodiscard]] Measured by_points(std::span<const ApparentMotion> motions) const {
+    PoseMeasurement nothing;
+    for (std::size_t i = 0; i < 6; ++i) nothing.covariance[7 * i] = calibration_[i];
+    Measured measured;
+    for (const ApparentMotion& motion : motions) measured.push_back(motion.by_points.value_or(nothing));
+    return measured;
+  }
+
   /// Of frames whose poses are right, without those of one run. Few frames count little against the unit matrix.
-  [[nodiscard]] PoseSpreads spreads(std::span<const ApparentMotion> motions, std::uint32_t left_out = no_run) const {
+  [[nodiscard]] PoseSpreads spreads(const Measured& measured, std::uint32_t left_out = no_run) const {
     constexpr double frames_of_unit_matrix = 6;
     constexpr std::size_t last = PoseSpreads::times - 1;
     PoseSpreads learned;
@@ -68,10 +86,9 @@ class LeftOutRuns {
     frames.fill(frames_of_unit_matrix);
     for (PoseMatrix& sum : learned.at_times)
       for (double& entry : sum) entry *= frames_of_unit_matrix;
-    for (std::size_t i = 0; i < motions.size(); ++i) {
+    for (std::size_t i = 0; i < measured.size(); ++i) {
       if (source_.samples[frames_.sample(i)].simulation == left_out) continue;
-      const auto measured = PoseMeasurement::between(prior_, motions[i].posterior, calibration_);
-      const PoseMotion moved = PoseFactor(measured.covariance).forward(measured.motion);
+      const PoseMotion moved = PoseFactor(measured[i].covariance).forward(measured[i].motion);
       const double place = static_cast<double>(last) * source_.samples[frames_.sample(i)].time_step / duration_;
       for (std::size_t time = 0; time <= last; ++time) {
         const double weight = std::max(1 - std::abs(place - static_cast<double>(time)), 0.0);
@@ -84,42 +101,55 @@ class LeftOutRuns {
     return learned;
   }
 
-  /// What 95 % of the runs do not reach; 0 unless three quarters of them reach it when they drift.
-  [[nodiscard]] double drift_evidence(std::span<const ApparentMotion> motions) const {
+  /// What this share of the runs does not reach; 0 unless three quarters of them reach it when they drift. ways: of
+  /// measuring, together.
+  [[nodiscard]] double drift_evidence(std::span<const Measured* const> ways, double share) const {
     constexpr double least = 6;  // a likelihood ratio of 400
-    const auto right = drift_evidence(motions, 0), drifting = drift_evidence(motions, usual_drift_rate);
-    const double enough = std::max(least, right[right.size() * 19 / 20]);
+    const auto right = most_evidence(ways, 0), drifting = most_evidence(ways, usual_drift_rate);
+    const double enough = std::max(least, right[static_cast<std::size_t>(share * static_cast<double>(right.size()))]);
     return drifting[drifting.size() / 4] > 2 * enough ? enough : 0;
   }
 
  private:
   /// The most of each run, in ascending order, after it was moved at this rate.
-  [[nodiscard]] std::vector<double> drift_evidence(std::span<const ApparentMotion> motions, double rate) const {
+  [[nodiscard]] std::vector<double> most_evidence(std::span<const Measured* const> ways, double rate) const {
     const DriftTest calibrated(calibration_, std::numeric_limits<double>::infinity());
     std::vector<double> most;
     DriftTest test = calibrated;
-    PoseSpreads of_others;
-    for (std::size_t i = 0; i < motions.size(); ++i) {
+    std::vector<PoseSpreads> of_others(ways.size());
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
       const Sample sample = source_.samples[frames_.sample(i)];
       const Sample before = i > 0 ? source_.samples[frames_.sample(i - 1)] : sample;
       if (i == 0 || sample.simulation != before.simulation) {
         test = calibrated;
-        of_others = spreads(motions, sample.simulation);
+        std::ranges::transform(ways, of_others.begin(),
+                               [&](const Measured* way) { return spreads(*way, sample.simulation); });
         most.push_back(0);
       } else {
         test.advance((sample.time_step - before.time_step) / duration_);
       }
-      auto measured = PoseMeasurement::between(prior_, motions[i].posterior, calibration_);
+      PoseMeasurement measured = in_test(ways, of_others, i);
       for (std::size_t k = 0; k < 6; ++k) {
         const double sign = splitmix(6 * sample.simulation + k) % 2 == 0 ? 1 : -1;
         measured.motion[k] += sign * rate * std::sqrt(calibration_[k]) * sample.time_step / duration_;
       }
-      measured.covariance = measured.covariance_with(of_others.at(sample.time_step / duration_));
       test.update(measured);
       most.back() = std::max(most.back(), test.evidence());
     }
     std::ranges::sort(most);
     return most;
+  }
+
+  [[nodiscard]] PoseMeasurement in_test(std::span<const Measured* const> ways, std::span<const PoseSpreads> spreads,
+                                        std::size_t frame) const {
+    const double time = source_.samples[frames_.sample(frame)].time_step / duration_;
+    std::optional<PoseMeasurement> all;
+    for (std::size_t way = 0; way < ways.size(); ++way) {
+      PoseMeasurement measured = (*ways[way])[frame];
+      measured.covariance = measured.covariance_with(spreads[way].at(time));
+      all = all ? all->together_with(measured) : measured;
+    }
+    return *all;
   }
 
   const SampleSource& source_;
@@ -129,7 +159,6 @@ class LeftOutRuns {
   std::vector<BestSamples> best_;
   double duration_;  // time steps
   PoseMotion calibration_;
-  PoseBelief prior_;
 };
 
 /// Whether the frames seem to be moved much farther than the estimates are wrong: then a pose error cannot be told from
@@ -159,8 +188,12 @@ LearnedPose learn_pose(const SampleSource& source, const DepthMetric& metric, un
   for (const ApparentMotion& motion : motions)
     learned.variance += motion.variance / static_cast<double>(motions.size());
   const std::vector<ApparentMotion> scaled = runs.motions(learned.variance);
-  learned.spreads = runs.spreads(scaled);
-  learned.drift_evidence = runs.drift_evidence(scaled);
+  const Measured by_image = runs.by_image(scaled), by_points = runs.by_points(scaled);
+  // By the image alone, a false drift costs much; the points keep the pose within a few tenths of a millimeter.
+  constexpr double few_false = 0.95, more_false = 0.75;
+  learned.by_image = {runs.spreads(by_image), runs.drift_evidence(std::array{&by_image}, few_false)};
+  if (source.points_of)
+    learned.by_points = {runs.spreads(by_points), runs.drift_evidence(std::array{&by_image, &by_points}, more_false)};
   return learned;
 }
 

@@ -7,8 +7,9 @@ namespace lbea::bake {
 
 /// As in DepthImages; variance 0: poses are not estimated.
 struct LearnedPose {
-  double variance = 0, drift_evidence = 0;
-  PoseSpreads spreads{};
+  double variance = 0;
+  PoseErrors by_image{};
+  std::optional<PoseErrors> by_points{};  // nothing: the source has no points
 };
 
 /// Left-out runs, whose poses are right, are matched with the other runs over their whole duration.

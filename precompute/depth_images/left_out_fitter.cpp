@@ -119,7 +119,7 @@ ModelView LeftOutFitter::view_of() {
   view.samples = ids_;
   view.node_positions = positions_;
   view.landmark_positions = landmarks_;
-  view.info.vertices = static_cast<std::uint32_t>(source_.surface.size());
+  view.info.vertices = landmarks_.empty() ? 0 : static_cast<std::uint32_t>(source_.surface.size());
   return view;
 }
 

@@ -19,26 +19,33 @@ class Cache {
       : source_(source),
         cells_(padded_cells(source.camera)),
         coordinates_(thinned_nodes(std::vector<float>(3 * source.nodes), most_nodes).size()),
-        samples_(std::clamp<std::size_t>(most_bytes / (cells_ * sizeof(std::uint16_t) + coordinates_ * sizeof(float)),
-                                         1, std::max<std::size_t>(source.samples.size(), 1)),
-                 none),
+        all_coordinates_(coordinates_ + 3 * source.surface.size()),
+        samples_(
+            std::clamp<std::size_t>(most_bytes / (cells_ * sizeof(std::uint16_t) + all_coordinates_ * sizeof(float)), 1,
+                                    std::max<std::size_t>(source.samples.size(), 1)),
+            none),
         images_(samples_.size() * cells_),
-        nodes_(samples_.size() * coordinates_) {}
+        nodes_(samples_.size() * all_coordinates_) {}
 
   void read_image(std::size_t sample, std::span<std::uint16_t> image) {
     const std::lock_guard lock(mutex_of(sample));
     std::ranges::copy(std::span(images_).subspan(place_of(sample) * cells_, cells_), image.begin());
   }
-  [[nodiscard]] std::vector<float> nodes(std::size_t sample) {
-    const std::lock_guard lock(mutex_of(sample));
-    const auto from = nodes_.begin() + static_cast<std::ptrdiff_t>(place_of(sample) * coordinates_);
-    return {from, from + static_cast<std::ptrdiff_t>(coordinates_)};
+  [[nodiscard]] std::vector<float> nodes(std::size_t sample) { return coordinates(sample, 0, coordinates_); }
+  [[nodiscard]] std::vector<float> surface(std::size_t sample) {
+    return coordinates(sample, coordinates_, all_coordinates_);
   }
 
  private:
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
   std::mutex& mutex_of(std::size_t sample) { return mutexes_[sample % samples_.size() % mutexes_.size()]; }
+
+  [[nodiscard]] std::vector<float> coordinates(std::size_t sample, std::size_t begin, std::size_t end) {
+    const std::lock_guard lock(mutex_of(sample));
+    const auto from = nodes_.begin() + static_cast<std::ptrdiff_t>(place_of(sample) * all_coordinates_);
+    return {from + static_cast<std::ptrdiff_t>(begin), from + static_cast<std::ptrdiff_t>(end)};
+  }
 
   /// Reads the sample unless it is there. The caller holds its mutex.
   std::size_t place_of(std::size_t sample) {
@@ -48,15 +55,17 @@ class Cache {
     source_.read_images(sample, std::span(images_).subspan(place * cells_, cells_));
     std::vector<float> positions(3 * source_.nodes);
     source_.read_positions(sample, positions);
-    std::ranges::copy(thinned_nodes(positions, most_nodes),
-                      nodes_.begin() + static_cast<std::ptrdiff_t>(place * coordinates_));
+    auto into = nodes_.begin() + static_cast<std::ptrdiff_t>(place * all_coordinates_);
+    into = std::ranges::copy(thinned_nodes(positions, most_nodes), into).out;
+    for (const std::uint32_t node : source_.surface)
+      into = std::ranges::copy(std::span(positions).subspan(std::size_t{3} * node, 3), into).out;
     samples_[place] = sample;
     return place;
   }
 
   const SampleSource& source_;
-  std::size_t cells_, coordinates_;
-  std::vector<std::size_t> samples_;  // per place
+  std::size_t cells_, coordinates_, all_coordinates_;  // of the thinned nodes; with those of the surface
+  std::vector<std::size_t> samples_;                   // per place
   std::vector<std::uint16_t> images_;
   std::vector<float> nodes_;
   std::array<std::mutex, 64> mutexes_;
@@ -74,6 +83,7 @@ SampleSource with_cache(const SampleSource& source) {
       source.read_images(first, images);
   };
   cached.nodes_of = [cache](std::size_t sample) { return cache->nodes(sample); };
+  cached.surface_of = [cache](std::size_t sample) { return cache->surface(sample); };
   return cached;
 }
 

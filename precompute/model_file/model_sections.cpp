@@ -195,6 +195,8 @@ void plan_views(std::vector<PlannedSection>& plan, const format::Info& info, con
   plan.push_back({SectionId::spread_bounds, part, ElementType::f64, {std::uint64_t{1} + info.fields, 2}});
   plan.push_back({SectionId::expected_residuals, part, ElementType::f32, {s}});
   plan.push_back({SectionId::pose_spreads, part, ElementType::f64, {PoseSpreads::times, 6, 6}});
+  plan.push_back({SectionId::pose_spreads_by_points, part, ElementType::f64, {PoseSpreads::times, 6, 6}});
+  plan.push_back({SectionId::pose_numbers_by_points, part, ElementType::f64, {2}});
 }
 
 /// Sections written sample by sample, and those known at the end.
@@ -277,9 +279,14 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   writer.write<float>(SectionId::regression_weights, part, 0, shapes.weights);
   writer.write<float>(SectionId::regression_shapes, part, 0, shapes.shapes);
   writer.write<double>(SectionId::pose_numbers, part, 0,
-                       std::array{learned.pose.variance, learned.pose.drift_evidence});
-  for (std::size_t i = 0; i < PoseSpreads::times; ++i)
-    writer.write<double>(SectionId::pose_spreads, part, 36 * i, learned.pose.spreads.at_times[i]);
+                       std::array{learned.pose.variance, learned.pose.by_image.drift_evidence});
+  const PoseErrors by_points = learned.pose.by_points.value_or(PoseErrors());
+  writer.write<double>(SectionId::pose_numbers_by_points, part, 0,
+                       std::array{learned.pose.by_points ? 1.0 : 0.0, by_points.drift_evidence});
+  for (std::size_t i = 0; i < PoseSpreads::times; ++i) {
+    writer.write<double>(SectionId::pose_spreads, part, 36 * i, learned.pose.by_image.spreads.at_times[i]);
+    writer.write<double>(SectionId::pose_spreads_by_points, part, 36 * i, by_points.spreads.at_times[i]);
+  }
   writer.write<double>(
       SectionId::hidden_numbers, part, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});

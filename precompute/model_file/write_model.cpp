@@ -137,6 +137,50 @@ SampleSource source_of(const BakePlan& plan, const ModelWriter& writer, const Fi
   return source;
 }
 
+/// The state of a sample as written. For one thread.
+class WrittenState {
+ public:
+  WrittenState(const BakePlan& plan, const ModelWriter& writer)
+      : writer_(writer),
+        positions_(3 * plan.survey.mesh.node_ids.size()),
+        present_(plan.survey.lacks_elements() ? plan.survey.mesh.elements.size() : 0),
+        eroded_(format::words_of_elements(present_.size())) {}
+
+  void read(std::size_t sample) {
+    writer_.read<float>(SectionId::node_positions, 0, sample * positions_.size(), std::span(positions_));
+    if (present_.empty()) return;
+    writer_.read<std::uint32_t>(SectionId::eroded_elements, 0, sample * eroded_.size(), std::span(eroded_));
+    unpack_eroded(eroded_, present_);
+  }
+  [[nodiscard]] std::span<const float> positions() const noexcept { return positions_; }
+  /// Per element; empty: all are.
+  [[nodiscard]] std::span<const std::uint8_t> present() const noexcept { return present_; }
+
+ private:
+  const ModelWriter& writer_;
+  std::vector<float> positions_;
+  std::vector<std::uint8_t> present_;
+  std::vector<std::uint32_t> eroded_;
+};
+
+/// What a rig measures of the samples.
+void add_points(const BakePlan& plan, const ModelWriter& writer, std::shared_ptr<const DepthRenderer> renderer,
+                SampleSource& source) {
+  source.most_points = renderer->most_points();
+  if (source.most_points == 0) return;
+  source.points_of = [&plan, &writer, renderer = std::move(renderer)](std::size_t sample) {
+    WrittenState state(plan, writer);
+    state.read(sample);
+    return renderer->points(state.positions(), state.present());
+  };
+}
+
+/// What compares points with the samples: nodes of the observed surface, and the cells of the envelope.
+void add_surface(const ReferenceBasis& first, const EnvelopeGrid& envelope, SampleSource& source) {
+  source.grid = envelope_grid({envelope.corner, envelope.edge, envelope.cells, envelope.bits});
+  source.surface = surface_nodes(first.vertex_nodes);
+}
+
 /// The depth images of further rigs, rendered of the samples that are written.
 void write_more_views(const BakePlan& plan, const SampleSource& first, const BakeOptions& options,
                       ModelWriter& writer) {
@@ -144,27 +188,23 @@ void write_more_views(const BakePlan& plan, const SampleSource& first, const Bak
   for (std::uint32_t part = 1; part <= plan.more_cameras.size(); ++part) {
     const DepthCamera& camera = plan.more_cameras[part - 1];
     const bool is_given = part <= options.more_depth_renderers.size();
-    const auto renderer =
+    const std::shared_ptr<const DepthRenderer> renderer =
         planned_renderer(is_given ? options.more_depth_renderers[part - 1] : DepthRendering(), plan.survey, camera);
     const std::size_t cells = padded_cells(camera);
     work_in_parallel(first.samples.size(), options.threads, [&](const auto& next) {
-      std::vector<float> positions(3 * first.nodes);
-      std::vector<std::uint32_t> eroded(format::words_of_elements(first.elements));
-      std::vector<std::uint8_t> present(plan.survey.lacks_elements() ? first.elements : 0);
+      WrittenState state(plan, writer);
       std::vector<std::uint16_t> image(cells);
       for (std::size_t sample = next(); sample < first.samples.size(); sample = next()) {
         rendering.check();
-        first.read_positions(sample, positions);
-        if (!present.empty())
-          writer.read<std::uint32_t>(SectionId::eroded_elements, 0, sample * eroded.size(), std::span(eroded));
-        unpack_eroded(eroded, present);
-        renderer->render(positions, present, image);
+        state.read(sample);
+        renderer->render(state.positions(), state.present(), image);
         writer.write<std::uint16_t>(SectionId::view_depths, part, sample * cells, image);
         rendering.step();
       }
     });
     SampleSource source = first;
     source.camera = camera;
+    add_points(plan, writer, renderer, source);
     source.channels.clear();  // their bounds are those of the first rig's frames
     source.read_images = [&](std::size_t sample, std::span<std::uint16_t> images) {
       writer.read<std::uint16_t>(SectionId::view_depths, part, sample * cells, images);
@@ -310,18 +350,21 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   for (std::size_t run = 0; run < plan.runs.size(); ++run) appender.append(run, merging);
 
   // What all samples determine together.
+  const EnvelopeGrid envelope = appender.envelope().finish();
   for (std::uint32_t part = 0; part < model.info.references; ++part)
     writer.write<std::uint32_t>(SectionId::leading_axes, part, 0, appender.moments()[part].leading_axes());
   writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, branches_of(plan, writer));
   if (plan.camera) {
-    const SampleSource source = source_of(plan, writer, appender.fields());
+    SampleSource source = source_of(plan, writer, appender.fields());
+    add_surface(bases.front(), envelope, source);
+    add_points(plan, writer, planned_renderer(options.depth_renderer, plan.survey, *plan.camera), source);
     const LearnedFit learned = learn_fit(source, options.threads);
     write_learned_fit(writer, *plan.camera, learned, 0);
     write_more_views(plan, source, options, writer);
     write_channel_bounds(writer, learned);
     write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
   }
-  writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, appender.envelope().finish().bits);
+  writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, envelope.bits);
   BakeSummary summary = summary_of(model.info, bases);
   summary.kept_variance = kept_share(bases, appender.moments());
   std::string provenance = provenance_json(plan, bases, summary.kept_variance, left_out);

@@ -51,9 +51,12 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
   REQUIRE(status_of(learned.span()) == Status::ok);
   for (const float expected : {-1.0f, infinity, -infinity, std::nanf("")})
     CHECK(status_with(learned, SectionId::expected_residuals, 1, expected) == Status::corrupt_model);
-  for (const double spread : {0.0, -1.0, double{infinity}, std::nan("")})
-    CHECK(status_with(learned, SectionId::pose_spreads, 7, spread) == Status::corrupt_model);
-  CHECK(status_with(learned, SectionId::pose_spreads, 1, 1e3) == Status::corrupt_model);  // a correlation above 1
+  for (const SectionId spreads : {SectionId::pose_spreads, SectionId::pose_spreads_by_points}) {
+    for (const double spread : {0.0, -1.0, double{infinity}, std::nan("")})
+      CHECK(status_with(learned, spreads, 7, spread) == Status::corrupt_model);
+    CHECK(status_with(learned, spreads, 1, 1e3) == Status::corrupt_model);  // a correlation above 1
+  }
+  CHECK(status_with(learned, SectionId::pose_numbers_by_points, 1, -1.0) == Status::corrupt_model);
   for (const std::size_t cost : {19u, 20u})
     CHECK(status_with(learned, SectionId::view_camera, cost, 1e11) == Status::corrupt_model);
   AlignedBytes blind = views;

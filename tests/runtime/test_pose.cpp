@@ -19,7 +19,7 @@ namespace {
 
 const PoseCenter plate_center{{95, 45, 0}, 60};
 
-PoseFilter plate_filter() { return {plate_center, 1, 0.02, 6}; }
+PoseFilter plate_filter() { return {plate_center, 1, 0.02, PoseErrors{{}, 6}}; }
 
 float shift_of(const PoseFilter& filter) {
   FitNumbers numbers;

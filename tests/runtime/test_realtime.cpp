@@ -121,7 +121,8 @@ TEST_CASE("the history of a test, with the pose estimated, and forecasts take no
   const Model model = Model::open(folder / "plates.lbea");
   DepthImages images = *SensorViews::baked_into(model).data();
   images.pose_variance = 1;
-  images.drift_evidence = 6;
+  images.pose_errors.drift_evidence = 6;
+  images.pose_errors_by_points = images.pose_errors;
   images.time_variation = 0.1f;
   images.regression.blend = 0.5f;
   const SensorViews views(std::make_shared<const DepthImages>(images));

@@ -102,8 +102,10 @@ Json learned_json(const Model& model) {
                {"regression_share", shortest(images->regression.blend)},
                {"hidden_regression_share", shortest(images->regression.hidden_blend)},
                {"pose_variance", shortest(images->pose_variance)},
-               {"drift_evidence", shortest(images->drift_evidence)},
+               {"drift_evidence", images->pose_errors.drift_evidence},
                {"time_variation", shortest(images->time_variation)}};
+  if (images->pose_errors_by_points)
+    learned["drift_evidence_with_points"] = images->pose_errors_by_points->drift_evidence;
   for (std::size_t i = 0; i < images->bounds.size(); ++i) {
     const std::string name = i == 0 ? "position" : std::string(model.field(static_cast<std::uint32_t>(i - 1)).name);
     learned[name + "_bound_per_spread"] = images->bounds[i].per_spread;

@@ -9,6 +9,7 @@
 #include <lbea/lbea.hpp>
 
 #include <cmath>
+#include <optional>
 
 namespace lbea {
 
@@ -117,8 +118,9 @@ struct DepthImages {
   // How much a run that is not in the ensemble looks like a moved one: see PoseFit. 0: not known, the pose is not
   // estimated
   float pose_variance = 0;
-  PoseSpreads pose_spreads{};
-  float drift_evidence = 0;  // above that of such runs: see DriftTest. 0: drifts are not estimated
+  PoseErrors pose_errors{};  // of poses by the image
+  // Of poses by the points; drift_evidence: of both together. Nothing: not known
+  std::optional<PoseErrors> pose_errors_by_points{};
   // How much later or earlier than a frame the samples like it are, as a share of the time since the impact, root mean
   // square over runs that are not in the ensemble. 0: not known
   float time_variation = 0;

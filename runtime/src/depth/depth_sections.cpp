@@ -147,17 +147,24 @@ std::array<double, Count> not_negative(const ViewSections& sections, format::Sec
   return numbers;
 }
 
+std::optional<PoseSpreads> pose_spreads(const ViewSections& sections, format::SectionId id) {
+  if (sections.find(id) == nullptr) return {};
+  const auto matrices = sections.required<PoseMatrix>(id, {PoseSpreads::times, 6, 6});
+  if (!std::ranges::all_of(matrices, is_spread)) sections.fail(id, "a matrix is not positive definite");
+  PoseSpreads spreads;
+  std::ranges::copy(matrices, spreads.at_times.begin());
+  return spreads;
+}
+
 void read_pose_and_time(const ViewSections& sections, DepthImages& images) {
   using format::SectionId;
   const auto [variance, drift_evidence] = not_negative<2>(sections, SectionId::pose_numbers);
   images.pose_variance = static_cast<float>(variance);
-  images.drift_evidence = static_cast<float>(drift_evidence);
+  images.pose_errors = {pose_spreads(sections, SectionId::pose_spreads).value_or(PoseSpreads()), drift_evidence};
+  const auto [is_known, evidence_with_points] = not_negative<2>(sections, SectionId::pose_numbers_by_points);
+  if (const auto spreads = pose_spreads(sections, SectionId::pose_spreads_by_points); spreads && is_known > 0)
+    images.pose_errors_by_points = {*spreads, evidence_with_points};
   images.time_variation = static_cast<float>(not_negative<1>(sections, SectionId::time_numbers)[0]);
-  if (sections.find(SectionId::pose_spreads) == nullptr) return;
-  const auto spreads = sections.required<PoseMatrix>(SectionId::pose_spreads, {PoseSpreads::times, 6, 6});
-  if (!std::ranges::all_of(spreads, is_spread))
-    sections.fail(SectionId::pose_spreads, "a matrix is not positive definite");
-  std::ranges::copy(spreads, images.pose_spreads.at_times.begin());
 }
 
 }  // namespace

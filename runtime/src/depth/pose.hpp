@@ -67,6 +67,12 @@ struct PoseSpreads {
   [[nodiscard]] PoseMatrix at(double time) const noexcept;
 };
 
+/// What the bake learned about measured poses. drift_evidence: see DriftTest; 0: drifts are not estimated.
+struct PoseErrors {
+  PoseSpreads spreads{};
+  double drift_evidence = 0;
+};
+
 /// A normal distribution of the motion.
 struct PoseBelief {
   PoseMotion mean{};

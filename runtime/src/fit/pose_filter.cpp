@@ -47,6 +47,18 @@ PoseMatrix PoseMeasurement::covariance_with(const PoseMatrix& spread) const noex
   return product;
 }
 
+PoseMeasurement PoseMeasurement::together_with(const PoseMeasurement& other) const noexcept {
+  const PoseMatrix own = PoseFactor(covariance).inverse(), of_other = PoseFactor(other.covariance).inverse();
+  PoseMatrix information{};
+  PoseMotion sum{};
+  for (std::size_t i = 0; i < 36; ++i) {
+    information[i] = own[i] + of_other[i];
+    sum[i / 6] += own[i] * motion[i % 6] + of_other[i] * other.motion[i % 6];
+  }
+  const PoseFactor factor(information);
+  return {factor.solve(sum), factor.inverse()};
+}
+
 PoseTrajectory::PoseTrajectory(const PoseMotion& calibration) noexcept : calibration_(calibration) {
   for (std::size_t i = 0; i < 6; ++i) {
     at(i, i) = calibration[i];
@@ -162,14 +174,23 @@ PoseMotion calibration_variances(const PoseCenter& center, double length_per_mm)
   return variances;
 }
 
-PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, double drift_evidence,
-                       const PoseSpreads& spreads) noexcept
+namespace {
+
+double enough_evidence(const PoseErrors& errors) noexcept {
+  return errors.drift_evidence > 0 ? errors.drift_evidence : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, const PoseErrors& by_image,
+                       const std::optional<PoseErrors>& by_points) noexcept
     : center_(center),
       tolerance_(0.25 * length_per_mm),
       duration_s_(duration_s),
-      spreads_(spreads),
+      spreads_(by_image.spreads),
+      by_points_(by_points ? std::optional(by_points->spreads) : std::nullopt),
       calibration_(calibration_variances(center, length_per_mm)),
-      calibrated_(calibration_, drift_evidence > 0 ? drift_evidence : std::numeric_limits<double>::infinity()),
+      calibrated_(calibration_, enough_evidence(by_points.value_or(by_image))),
       test_(calibrated_) {}
 
 void PoseFilter::reset() noexcept {
@@ -206,16 +227,25 @@ void PoseFilter::write(FitNumbers& numbers) const noexcept {
   numbers.pose_shift_sd = static_cast<float>(deviation(3));
 }
 
-bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double time_s) noexcept {
+PoseMeasurement PoseFilter::measured(const PoseBelief& posterior, double time_s,
+                                     const std::optional<PoseMeasurement>& by_points) const noexcept {
+  const double time = duration_s_ > 0 ? time_s / duration_s_ : 0;
+  PoseMeasurement measured = PoseMeasurement::between(prior(), posterior, calibration_);
+  measured.covariance = measured.covariance_with(spreads_.at(time));
+  if (by_points && by_points_)
+    measured = measured.together_with({by_points->motion, by_points->covariance_with(by_points_->at(time))});
+  for (std::size_t i = 0; i < 6; ++i) measured.motion[i] += moved_[i];
+  return measured;
+}
+
+bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double time_s,
+                      const std::optional<PoseMeasurement>& by_points) noexcept {
   if (is_lost_ && is_explained) test_ = calibrated_;
   if (is_frozen_) return false;
   constexpr std::uint32_t most_unexplained = 5;  // frames in a row, each of which takes many passes
   if (!is_explained && unexplained_ >= most_unexplained) return go_back();
-  PoseMeasurement measured = PoseMeasurement::between(prior(), posterior, calibration_);
-  for (std::size_t i = 0; i < 6; ++i) measured.motion[i] += moved_[i];
-  measured.covariance = measured.covariance_with(spreads_.at(duration_s_ > 0 ? time_s / duration_s_ : 0));
   DriftTest updated = test_;
-  updated.update(measured);
+  updated.update(measured(posterior, time_s, by_points));
   const PoseMotion motion = updated.likelier().motion();
   double squared = 0, deviations = 0;
   for (std::size_t i = 0; i < 6; ++i) {

@@ -21,6 +21,8 @@ struct PoseMeasurement {
                                  const PoseMotion& calibration) noexcept;
   /// Its covariance where frames are as wrong as this: see PoseSpreads.
   [[nodiscard]] PoseMatrix covariance_with(const PoseMatrix& spread) const noexcept;
+  /// Of two independent ones.
+  [[nodiscard]] PoseMeasurement together_with(const PoseMeasurement& other) const noexcept;
 };
 
 /// A Kalman filter of the motion, its rate, and the error of the measurements. Times are in durations of a simulation.
@@ -73,9 +75,9 @@ class DriftTest {
 /// cloud is moved step by step to the most likely pose (iterated Kalman update).
 class PoseFilter {
  public:
-  /// duration_s: of a simulation. drift_evidence, spreads: of DepthImages.
-  PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, double drift_evidence,
-             const PoseSpreads& spreads = {}) noexcept;
+  /// duration_s: of a simulation. by_image, by_points: of DepthImages.
+  PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, const PoseErrors& by_image,
+             const std::optional<PoseErrors>& by_points = {}) noexcept;
   /// Another test begins.
   void reset() noexcept;
   /// The cloud of the next frame is moved by what the frames before say, even if a frame was refused half-way.
@@ -85,10 +87,15 @@ class PoseFilter {
   [[nodiscard]] RigidTransform transform() const noexcept { return transform_of(moved_, center_); }
   /// The pose and its standard deviations.
   void write(FitNumbers& numbers) const noexcept;
-  /// posterior: of the motion that the cloud still lacks. Moves it by the mean. Returns whether that is so far that
+  /// posterior: of the motion that the cloud still lacks. by_points: the same, measured by the points alone; used if
+  /// the errors of such measurements are known. Moves the cloud by the mean. Returns whether that is so far that
   /// the frame should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a
   /// simulation fits the frame; others do not change the pose. time_s: that the frame shows, since the impact.
-  bool move(const PoseBelief& posterior, bool is_explained = true, double time_s = 0) noexcept;
+  bool move(const PoseBelief& posterior, bool is_explained = true, double time_s = 0,
+            const std::optional<PoseMeasurement>& by_points = {}) noexcept;
+  /// Variance per component.
+  [[nodiscard]] const PoseMotion& calibration() const noexcept { return calibration_; }
+  [[nodiscard]] bool uses_points() const noexcept { return by_points_.has_value(); }
   /// Forgets what the frame has said so far, but not its pose and passes. before: the filter before the frame.
   void reconsider(const PoseFilter& before) noexcept;
   /// The frame has no points at this pose. Goes back to that of the frames before or, if it is that one, to none, which
@@ -97,12 +104,16 @@ class PoseFilter {
 
  private:
   static constexpr std::uint32_t most_passes = 8;
+  /// The whole motion, by the image and the points.
+  [[nodiscard]] PoseMeasurement measured(const PoseBelief& posterior, double time_s,
+                                         const std::optional<PoseMeasurement>& by_points) const noexcept;
   /// To the pose of the frames before, which the frame does not change. Returns whether the pose changed.
   bool go_back() noexcept;
 
   PoseCenter center_;
   double tolerance_, duration_s_;
   PoseSpreads spreads_;
+  std::optional<PoseSpreads> by_points_;
   PoseMotion calibration_;  // variances
   DriftTest calibrated_;    // without any frame
   DriftTest test_;          // by the frames before, at the time of the frame

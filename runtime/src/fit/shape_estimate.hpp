@@ -49,6 +49,8 @@ class ShapeEstimate {
   /// Replaces the weights of samples(). Their sum must be 1. The time remains. Does not allocate.
   void reweigh(std::span<const float> weights) noexcept;
 
+  /// See CandidateSearch.
+  [[nodiscard]] bool reads_copies() const noexcept { return problem_.reads_copies; }
   /// Per candidate, in their combination.
   [[nodiscard]] std::span<const float> shares() const noexcept { return std::span(shares_).first(count()); }
   /// Residual of the combination of candidates, length unit.

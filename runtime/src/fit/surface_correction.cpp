@@ -143,9 +143,15 @@ std::span<const float> SurfaceCorrection::solve() noexcept {
   return weights_for(price);
 }
 
+SurfaceEquations SurfaceCorrection::equations() const noexcept {
+  const std::size_t samples = estimate_->samples().size();
+  return {shape_,  normals_,        distances_, std::span(rows_).first(samples * shapes_.stride()),
+          samples, shapes_.nodes(), measured_,  squares_ / static_cast<float>(rigs_)};
+}
+
 /// Of one of the estimate's samples.
 std::span<const float> SurfaceCorrection::shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept {
-  if (states.empty()) return shapes_.of(estimate_->numbers()[sample], true, buffer_);
+  if (states.empty()) return shapes_.of(estimate_->numbers()[sample], estimate_->reads_copies(), buffer_);
   const auto& [state, next, share] = states[sample];
   const auto into = std::span(buffer_);
   const auto a = shapes_.of(state, true, into), b = shapes_.of(next, true, into.subspan(shapes_.size()));

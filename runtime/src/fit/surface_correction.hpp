@@ -12,6 +12,16 @@ namespace lbea {
 
 inline constexpr std::size_t most_rigs = 16;  // of a RigMatcher
 
+/// Of the last frame that shows something, per node of the observed surface: the distance of a plane through the points
+/// from the estimate, and how it changes with the weights of the estimate's samples. Multiplied by the roots of robust
+/// weights. Planes of x, y and z; 0: not measured.
+struct SurfaceEquations {
+  std::span<const float> shape, normals;   // 3 x stride
+  std::span<const float> distances, rows;  // stride; samples x stride
+  std::size_t samples, nodes, measured;
+  float squares;  // the samples' mean squared distance from the estimate
+};
+
 class SurfaceCorrection {
  public:
   /// Keeps a reference to the model. mesh_noise: of the metric, length unit. Allocates all memory.
@@ -36,6 +46,10 @@ class SurfaceCorrection {
   /// of the whole component per rig as a nuisance. Empty if the frames show nothing near the estimate. Valid until the
   /// next begin(). Does not allocate.
   [[nodiscard]] std::span<const float> solve() noexcept;
+  /// Valid until the next add().
+  [[nodiscard]] SurfaceEquations equations() const noexcept;
+  /// Floats of a plane of nodes.
+  [[nodiscard]] std::size_t stride() const noexcept { return shapes_.stride(); }
 
  private:
   /// The unknown shift of a rig's points: normal equations with itself and with the samples' weights.

@@ -14,6 +14,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
       gram_(search_.capacity() * search_.capacity()),
       estimate_(model, views_.data()->regression, search_.capacity(), settings),
       correction_(model, views_.data()->metric.mesh_noise, settings),
+      surface_pose_(PoseCenter::of(model), views_.data()->metric.mesh_noise, correction_.stride(), settings),
       pose_fit_(views_.data()->camera, PoseCenter::of(model), views_.data()->metric,
                 std::max<std::size_t>(search_.capacity(), most_compared)),
       weights_(model, search_.capacity(), max_matches, views_.data()->metric.mesh_noise, settings),
@@ -42,6 +43,7 @@ SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSam
 
 SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexcept {
   SurfaceFit result;
+  is_corrected_ = false;
   compare();
   if (const PoseBelief* prior = search_.image().prior; prior != nullptr)
     pose_ = pose_by(problem(), estimate_.from_best(), residuals_.filled(), *prior);
@@ -72,9 +74,15 @@ void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcep
   correction_.begin(estimate_);
   correction_.add(observation(index));
   const auto weights = correction_.solve();
-  if (weights.empty()) return;
+  is_corrected_ = !weights.empty();
+  if (!is_corrected_) return;
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);
+}
+
+std::optional<PoseMeasurement> SurfaceFitter::pose_by_points(const PoseMotion& calibration) noexcept {
+  if (!is_corrected_) return {};
+  return surface_pose_.measure(correction_.equations(), calibration);
 }
 
 EstimateProblem SurfaceFitter::problem() const noexcept {

@@ -5,7 +5,7 @@
 #include "runtime/src/fit/candidate_weights.hpp"
 #include "runtime/src/fit/image_residuals.hpp"
 #include "runtime/src/fit/pose_fit.hpp"
-#include "runtime/src/fit/surface_correction.hpp"
+#include "runtime/src/fit/surface_pose.hpp"
 #include "runtime/src/match/stopwatch.hpp"
 
 namespace lbea {
@@ -50,6 +50,8 @@ class SurfaceFitter {
   /// The motion that the frame lacks, given the prior.
   [[nodiscard]] const PoseBelief& pose() const noexcept { return pose_; }
   [[nodiscard]] const PoseFit& pose_fit() const noexcept { return pose_fit_; }
+  /// The same by the points of the frame that was corrected; nothing if they show nothing near the estimate.
+  [[nodiscard]] std::optional<PoseMeasurement> pose_by_points(const PoseMotion& calibration) noexcept;
   [[nodiscard]] const CandidateSearch& search() const noexcept { return search_; }
   [[nodiscard]] const ShapeEstimate& estimate() const noexcept { return estimate_; }
   /// What the frame shows and, in hidden parts, the combination of the candidates. Only of frames of which something
@@ -117,6 +119,8 @@ class SurfaceFitter {
   std::vector<float> gram_;           // mean products of the candidates' residuals, length unit squared
   ShapeEstimate estimate_;
   SurfaceCorrection correction_;
+  SurfacePose surface_pose_;
+  bool is_corrected_ = false;  // the last frame
   PoseFit pose_fit_;
   PoseBelief pose_;
   CandidateWeights weights_;

@@ -16,8 +16,8 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
       s.search(result);      // eq. 1: min sum_i |e_i - s_i|; eq. 3: min sum_j |e_j - s_j|
     }
     s.fit(result);                // Method::fit: the depth images decide
+    s.correct(result);            // fit: the estimate moves to the points
   } while (s.move_pose(result));  // again with a better pose
-  s.correct(result);              // fit: the estimate moves to the points
   s.cover(result);                // share of the best sample's surface that the frame shows
   s.remember(result);             // for the next frames of the test
   s.publish(result);
@@ -106,7 +106,14 @@ void Matcher::State::correct(MatchResult& result) noexcept {
 
 bool Matcher::State::move_pose(MatchResult& result) noexcept {
   if (pose == nullptr) return false;
-  const bool is_farther = pose->move(fitter->pose(), fitter->is_explained(), fitter->time().mean_s - history->impact_s);
+  watch.lap_ns();
+  std::optional<PoseMeasurement> by_points;
+  if (pose->uses_points()) by_points = fitter->pose_by_points(pose->calibration());
+  const double since_impact = fitter->time().mean_s - history->impact_s;
+  const bool is_farther = pose->move(fitter->pose(), fitter->is_explained(), since_impact, by_points);
+  const std::uint32_t taken = watch.lap_ns();
+  result.elapsed_ns.fit += taken;
+  result.elapsed_ns.judgment += taken;
   pose->write(result.fit);
   return is_farther;
 }

@@ -84,12 +84,14 @@ enum class SectionId : std::uint32_t {
   regression_images = 0x8003,
   regression_weights = 0x8004,
   regression_shapes = 0x8005,
-  pose_numbers = 0x8006,        // optional, only with 64 to 66
-  hidden_numbers = 0x8007,      // the same
-  time_numbers = 0x8008,        // the same
-  spread_bounds = 0x8009,       // the same
-  expected_residuals = 0x800A,  // the same
-  pose_spreads = 0x800B,        // the same
+  pose_numbers = 0x8006,            // optional, only with 64 to 66
+  hidden_numbers = 0x8007,          // the same
+  time_numbers = 0x8008,            // the same
+  spread_bounds = 0x8009,           // the same
+  expected_residuals = 0x800A,      // the same
+  pose_spreads = 0x800B,            // the same
+  pose_spreads_by_points = 0x8011,  // 0x8011 and 0x8012: the same, both or none
+  pose_numbers_by_points = 0x8012,
   // 0x800C to 0x8010: forecasts from the beginning of a test alone; not read
   window_numbers = 0x8018,  // 0x8018 to 0x801D: optional, all or none, only with 0x8005
   window_means = 0x8019,

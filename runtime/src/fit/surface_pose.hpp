@@ -1,0 +1,47 @@
+// What the points of a frame say about its pose: the rigid motion and the weights of the estimate's samples are
+// estimated together, from the distances of the estimated surface from the points.
+#pragma once
+
+#include "runtime/src/fit/pose_filter.hpp"
+#include "runtime/src/fit/surface_correction.hpp"
+
+namespace lbea {
+
+class SurfacePose {
+ public:
+  /// mesh_noise: of the metric, length unit. Allocates all memory, for `nodes` floats of a plane.
+  SurfacePose(const PoseCenter& center, float mesh_noise, std::size_t stride, const FitSettings& settings);
+
+  /// The motion that the cloud lacks. Equations of nodes at which the samples differ count less (generalized least
+  /// squares): there the unknown shape is more uncertain than the points. calibration: variance per component, the
+  /// bound of what is not measured. Does not allocate.
+  [[nodiscard]] PoseMeasurement measure(const SurfaceEquations& equations, const PoseMotion& calibration) noexcept;
+
+ private:
+  /// Sums over the nodes.
+  struct Sums {
+    float normals = 0, squares = 0;  // squared lengths of the normals; squared distances
+  };
+  [[nodiscard]] Sums weigh(const SurfaceEquations& equations) noexcept;
+  void set_motions(const SurfaceEquations& equations) noexcept;
+  void add_products() noexcept;
+  void eliminate_weights(float price) noexcept;
+  [[nodiscard]] std::span<double> solved(std::size_t m) noexcept {
+    return std::span(solved_).subspan(m * samples_, samples_);
+  }
+
+  const Kernels& code_;
+  PoseCenter center_;
+  float noise_, price_;
+  std::size_t stride_, samples_ = 0;
+  std::vector<float> roots_;                   // of the nodes' weights
+  std::vector<float> rows_, motions_;          // per sample, per motion: changes of the distances; weighed
+  std::vector<float> distances_;               // weighed
+  std::vector<float> gram_, sums_, products_;  // of the samples; with one of them; 7 x k: of motions and distances
+  std::vector<double> solved_;                 // 7 x k
+  PoseMatrix information_{};                   // of the motions; then without what the weights explain
+  PoseMotion sum_{};                           // their products with the distances; the same
+  RidgeProblem ridge_;
+};
+
+}  // namespace lbea
