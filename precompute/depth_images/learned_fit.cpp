@@ -39,10 +39,10 @@ class LeftOutTests {
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
   [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, metrics_[metric]); }
   /// costs: those of the metric, with any price of hidden parts. predicted: one row of shape scores per frame; without
-  /// rows, the candidates alone determine the estimates.
+  /// rows, the candidates alone determine the estimates. corrects: see LeftOutFitter::errors().
   [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs,
                                                 const ShapeRegression& regression = {},
-                                                const Eigen::MatrixXd& predicted = {}) const {
+                                                const Eigen::MatrixXd& predicted = {}, bool corrects = false) const {
     const bool is_predicted = predicted.rows() > 0;
     std::vector<FrameErrors> errors(frames_.size());
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
@@ -50,7 +50,7 @@ class LeftOutTests {
       for (std::size_t i = next(); i < frames_.size(); i = next()) {
         LeftOutFrame left_out(frames_, i, best_[metric * frames_.size() + i], is_hidden_);
         if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
-        errors[i] = fitter.errors(left_out);
+        errors[i] = fitter.errors(left_out, nullptr, corrects);
       }
     });
     return errors;
@@ -228,12 +228,9 @@ float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& m
 /// See DepthImages::time_variation. Late frames, whose times vary most, count most.
 float time_variation(const SampleSource& source, std::span<const FrameErrors> errors) {
   const double impact = std::ranges::min(source.samples, {}, &Sample::time_step).time_step;
-  const auto since_impact = [&](std::size_t sample) { return source.samples[sample].time_step - impact; };
   double squares = 0, all = 0;
   for (const FrameErrors& error : errors) {
-    const double time = since_impact(error.sample);
-    double estimate = 0;
-    for (const auto& [sample, weight] : error.weights) estimate += double{weight} * since_impact(sample);
+    const double time = source.samples[error.sample].time_step - impact, estimate = error.time_step - impact;
     squares += (estimate - time) * (estimate - time);
     all += time * time;
   }
@@ -248,10 +245,11 @@ FramePair learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, cons
                       const Eigen::MatrixXd& predicted, LearnedFit& learned) {
   const auto of_seen = static_cast<Eigen::Index>(seen.frames().size()),
              of_hidden = static_cast<Eigen::Index>(hidden.frames().size());
-  FramePair frames{
-      seen.errors(0, learned.metric, regression, predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen)),
-      regression.hidden_blend > 0 ? hidden.errors(0, learned.metric, regression, predicted.bottomRows(of_hidden))
-                                  : hidden.errors(0, learned.metric)};
+  FramePair frames{seen.errors(0, learned.metric, regression,
+                               predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen), true),
+                   regression.hidden_blend > 0
+                       ? hidden.errors(0, learned.metric, regression, predicted.bottomRows(of_hidden), true)
+                       : hidden.errors(0, learned.metric, {}, {}, true)};
   learned.tests = estimated_shapes(frames[0], regression);
   learned.hidden_tests = estimated_shapes(frames[1], regression);
   return frames;
@@ -379,11 +377,13 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
       train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, learned.metric)}, of_whole,
                    of_hidden, learned.metric, threads, learned.shapes);
   const ShapeRegression regression = learned.shapes.view();
-  if (regression.blend > 0)
-    of_whole = whole.errors(metric, learned.metric, regression, predicted.topRows(std::ssize(of_whole)));
-  if (regression.hidden_blend > 0)
-    of_hidden =
-        hidden.errors(0, learned.metric, regression, predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
+  const auto as_published = [&](const LeftOutTests& of, std::size_t with, float blend, const Eigen::MatrixXd& rows) {
+    return blend > 0 ? of.errors(with, learned.metric, regression, rows, true)
+                     : of.errors(with, learned.metric, {}, {}, true);
+  };
+  of_whole = as_published(whole, metric, regression.blend, predicted.topRows(std::ssize(of_whole)));
+  of_hidden = as_published(hidden, 0, regression.hidden_blend,
+                           predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
   FramePair frames =
       regression.blend > 0 ? learn_tests(seen_tests, hidden_tests, regression, predicted, learned) : FramePair{};
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);

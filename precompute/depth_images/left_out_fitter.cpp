@@ -36,14 +36,15 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
                                                                   .metric = metric,
                                                                   .pose_variance = static_cast<float>(pose_variance),
                                                                   .regression = regression_of_proposed()})),
-              1) {
-  if (source.points_of) index_.emplace(source.grid, static_cast<std::uint32_t>(source.most_points));
-}
+              1) {}
 
-FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* prior) {
-  const SurfaceFit fit = match(frame, prior);
+FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* prior, bool corrects) {
+  SurfaceFit fit = match(frame, prior);
   truth_ = source_.nodes_of(frame.sample);
   FrameErrors errors{.simulation = source_.samples[frame.sample].simulation, .sample = frame.sample};
+  for (const auto& [proposed, weight] : fit.estimate)
+    errors.time_step += double{weight} * source_.samples[frame.proposed[proposed.simulation]].time_step;
+  if (corrects && source_.points_of) correct(frame, fit);
   const TrackerConfig config = completed({}, source_.length_unit);
   for (const auto& [proposed, weight] : plausible_samples(fit.candidates, config))
     errors.plausible.emplace_back(frame.proposed[proposed.simulation], weight);
@@ -67,7 +68,7 @@ ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseMotion
   for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration[i];
   const double estimate_error = errors(frame, &prior).estimate;
   ApparentMotion motion{fitter_.pose(), {}, fitter_.pose_fit().variance(), estimate_error};
-  if (!index_) return motion;
+  if (!source_.points_of) return motion;
   SurfaceFit fit;
   correct(frame, fit);
   motion.by_points = fitter_.pose_by_points(calibration);
@@ -75,8 +76,22 @@ ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseMotion
 }
 
 void LeftOutFitter::correct(const LeftOutFrame& frame, SurfaceFit& fit) {
-  index_->build(source_.points_of(frame.sample), source_.camera.T_reference_sensor);
+  if (!index_) index_.emplace(source_.grid, static_cast<std::uint32_t>(source_.most_points));
+  index_->build(points_of(frame), source_.camera.T_reference_sensor);
   if (index_->size() > 0) fitter_.correct(*index_, fit);
+}
+
+/// Without those that something hides.
+std::vector<Point> LeftOutFitter::points_of(const LeftOutFrame& frame) const {
+  std::vector<Point> points = source_.points_of(frame.sample);
+  const DepthCamera& camera = source_.camera;
+  if (frame.is_hidden)
+    std::erase_if(points, [&](const Point& p) {
+      const auto column = static_cast<std::size_t>(camera.center_column + camera.focal * p.x / p.z),
+                 row = static_cast<std::size_t>(camera.center_row + camera.focal * p.y / p.z);
+      return column >= camera.columns || row >= camera.rows || frame.observed[row * camera.columns + column] < 0;
+    });
+  return points;
 }
 
 SurfaceFit LeftOutFitter::match(const LeftOutFrame& frame, const PoseBelief* prior) {

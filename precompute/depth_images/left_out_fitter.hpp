@@ -11,6 +11,7 @@ struct FrameErrors {
   std::uint32_t simulation = 0;
   std::size_t sample = 0;
   double estimate = 0, match = 0, spread = 0;
+  double time_step = 0;                                               // mean of the estimate's samples
   std::vector<std::pair<std::size_t, float>> weights{}, plausible{};  // of the estimate, see Inferred: sample, weight
   std::vector<float> completed{};                                     // image, if something hides a part
 };
@@ -45,8 +46,9 @@ class LeftOutFitter {
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;
 
-  /// prior: of the pose, which does not change the errors; none: the pose is known.
-  FrameErrors errors(const LeftOutFrame& frame, const PoseBelief* prior = nullptr);
+  /// prior: of the pose, which does not change the errors; none: the pose is known. corrects: moves the estimate to the
+  /// frame's points, if the source has any.
+  FrameErrors errors(const LeftOutFrame& frame, const PoseBelief* prior = nullptr, bool corrects = false);
   /// calibration: variance of the poses per component.
   ApparentMotion motion(const LeftOutFrame& frame, const PoseMotion& calibration);
   /// Of the component; lengths that follow from it are nearly the same for all samples.
@@ -56,6 +58,7 @@ class LeftOutFitter {
   SurfaceFit match(const LeftOutFrame& frame, const PoseBelief* prior);
   /// Moves the estimate to the frame's points.
   void correct(const LeftOutFrame& frame, SurfaceFit& fit);
+  [[nodiscard]] std::vector<Point> points_of(const LeftOutFrame& frame) const;
   [[nodiscard]] ShapeRegression regression_of_proposed() const;
   [[nodiscard]] ModelView view_of();
   [[nodiscard]] std::span<const float> shape(std::size_t candidate) const {
@@ -75,7 +78,7 @@ class LeftOutFitter {
   std::vector<float> landmarks_;  // per proposed sample: nodes of the surface, then those of positions_
   ModelView view_;
   SurfaceFitter fitter_;
-  std::optional<CloudIndex> index_;  // of the frame
+  std::optional<CloudIndex> index_;  // of the frame, if it was corrected
 };
 
 }  // namespace lbea::bake
