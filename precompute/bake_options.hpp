@@ -83,10 +83,11 @@ struct ChannelReport {
   ChannelComponent component = ChannelComponent::resultant;
   std::uint32_t cfc = 0;
   std::vector<std::uint32_t> node_ids;
-  std::vector<double> distances;  // of the nodes from the given points, length unit
-  std::string field = {};         // of a minimum, maximum or mean
-  std::size_t elements = 0;       // the same: how many
-  SolverHistory history = {};     // of a history
+  std::vector<double> distances;             // of the nodes from the given points, length unit
+  std::string field = {};                    // of a minimum, maximum or mean
+  std::vector<std::uint32_t> elements = {};  // the same: of the model, ascending
+  std::vector<double> areas = {};            // of these elements at impact, relative
+  SolverHistory history = {};                // of a history
 };
 
 inline constexpr double largest_usual_residual = 1e-9;

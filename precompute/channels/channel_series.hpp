@@ -65,8 +65,8 @@ class ChannelRecorder {
   void add_fields(std::span<const std::vector<float>> fields, std::span<const std::uint8_t> present,
                   std::span<const SimulationField> names, std::span<const std::uint32_t> element_ids,
                   std::uint32_t state, const std::string& run);
-  /// Of a channel that is a history: the values at the steps of values().
-  void set_history(std::size_t channel, std::vector<float> values) { of_steps_[channel] = std::move(values); }
+  /// Of a channel of a field or history: the values at the steps of values().
+  void set_values(std::size_t channel, std::vector<float> values) { of_steps_[channel] = std::move(values); }
   /// channels x steps. steps: states, all of them added. NaN: of a field or history that was not given, and after the
   /// end of a channel. Throws Error{bad_input} naming run and channel.
   [[nodiscard]] std::vector<float> values(std::span<const std::uint32_t> steps, const std::string& run) const;

@@ -246,8 +246,9 @@ BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasi
 ChannelReport described(const PlannedChannel& channel, const Survey& survey) {
   ChannelReport report{channel.name, channel.unit, channel.kind, channel.component, channel.cfc, {}, channel.distances};
   for (const std::uint32_t node : channel.nodes) report.node_ids.push_back(survey.mesh.node_ids[node]);
-  report.elements = channel.elements.size();
-  if (report.elements > 0) report.field = survey.fields[channel.field].name;
+  report.elements = channel.elements;
+  report.areas = channel.areas;
+  if (!report.elements.empty()) report.field = survey.fields[channel.field].name;
   report.history = channel.history;
   return report;
 }

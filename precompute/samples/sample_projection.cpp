@@ -130,8 +130,8 @@ class RunProjector {
                      const std::string& name) const {
     for (std::size_t c = 0; c < plan_.channels.size(); ++c)
       if (const PlannedChannel& channel = plan_.channels[c]; channel.kind == ChannelKind::history)
-        channels.set_history(c, history_values(channel, reader, survey.histories.at(channel.history_index),
-                                               survey.steps, plan_.description.time_factor, name));
+        channels.set_values(c, history_values(channel, reader, survey.histories.at(channel.history_index), survey.steps,
+                                              plan_.description.time_factor, name));
   }
 
   void copy_positions(const MeshMapping& mapping) {

@@ -64,7 +64,7 @@ Json mapped_runs(const bake::BakeSummary& summary) {
 /// Of a statistic of a field: "minimum of FIELD on N elements".
 std::string statistic_text(const bake::ChannelReport& channel) {
   return formatted("%s of %s on %zu elements", std::string(to_string(channel.kind)).c_str(),
-                   printable(channel.field).c_str(), channel.elements);
+                   printable(channel.field).c_str(), channel.elements.size());
 }
 
 /// "history part_mass of part 5, CFC 60".
@@ -105,7 +105,7 @@ Json channels_of(const bake::BakeSummary& summary) {
                         {"nodes", channel.node_ids},
                         {"distances", channel.distances},
                         {"field", channel.field.empty() ? Json() : Json(channel.field)},
-                        {"elements", channel.elements},
+                        {"elements", channel.elements.size()},
                         {"history", channel.history.name.empty() ? Json() : Json(channel.history.text())}});
   return channels;
 }

@@ -40,7 +40,7 @@ class Evaluator {
  private:
   using Runs = std::span<const std::size_t>;
 
-  [[nodiscard]] Model bake_runs(Runs runs, ReferenceMode mode) {
+  [[nodiscard]] TestSetup bake_runs(Runs runs, ReferenceMode mode) {
     bake::EnsembleDescription description = plan_.description;
     description.mode = mode;
     bake::BakeOptions options;
@@ -56,38 +56,41 @@ class Evaluator {
     result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
     Model model = Model::open(file);
     std::filesystem::remove(file);  // the mapping remains valid
-    return model;
+    return {std::move(model), result_.bakes.back().channels};
   }
 
   void learn_branches() {
-    full_model_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
-    result_.branches = full_model_->branches();
-    result_.length_unit = full_model_->length_unit();
-    if (full_model_->fields() > 0) result_.field = full_model_->field(0).name;
+    full_ = bake_runs(all_runs(plan_.ensemble), ReferenceMode::impact);
+    result_.branches = full_->model.branches();
+    result_.length_unit = full_->model.length_unit();
+    if (full_->model.fields() > 0) result_.field = full_->model.field(0).name;
   }
 
   void test_split(const Split& split, ReferenceMode mode) {
-    const Model model = bake_runs(split.simulations, mode);
+    const TestSetup setup = bake_runs(split.simulations, mode);
     fold_ = plan_.splits.size() > 1 ? static_cast<std::uint32_t>(&split - plan_.splits.data()) + 1 : 0;
-    if (!result_.model) result_.model = model;
+    if (!result_.model) result_.model = setup.model;
     std::vector<Experiment> tested = experiments(split.experiments);
     tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
-    test_disturbed("unseen", model, mode, tested);
+    test_disturbed("unseen", setup, mode, tested);
     if (mode == plan_.modes.front() && plan_.other_components && &split == &plan_.splits.front())
-      test(round("other component", mode), {model, nullptr}, other_components(model));
+      test(round("other component", mode), setup, other_components(setup.model));
   }
 
   void test_contained(ReferenceMode mode) {
-    const Model model = mode == ReferenceMode::impact ? *full_model_ : bake_runs(all_runs(plan_.ensemble), mode);
-    if (const auto tested = all_experiments(); !tested.empty()) test_disturbed("contained", model, mode, tested);
+    const TestSetup setup = mode == ReferenceMode::impact ? *full_ : bake_runs(all_runs(plan_.ensemble), mode);
+    if (const auto tested = all_experiments(); !tested.empty()) test_disturbed("contained", setup, mode, tested);
   }
 
   /// With undisturbed frames; in the first mode also with ICP and with disturbed frames.
-  void test_disturbed(const char* title, const Model& model, ReferenceMode mode, std::span<const Experiment> tested) {
+  void test_disturbed(const char* title, const TestSetup& setup, ReferenceMode mode,
+                      std::span<const Experiment> tested) {
     const bool is_first = mode == plan_.modes.front();
-    test(round(title, mode), {model, plan_.icp && is_first ? std::make_shared<IcpBaseline>(model) : nullptr}, tested);
+    TestSetup undisturbed = setup;
+    if (plan_.icp && is_first) undisturbed.icp = std::make_shared<IcpBaseline>(setup.model);
+    test(round(title, mode), std::move(undisturbed), tested);
     for (const Disturbance& disturbance : plan_.disturbances)
-      if (is_first && !stopped()) test(round(title, mode, disturbance), {model, nullptr}, tested);
+      if (is_first && !stopped()) test(round(title, mode, disturbance), setup, tested);
   }
 
   void check_branch(std::uint32_t branch) const {
@@ -102,7 +105,7 @@ class Evaluator {
   void test_removed_branch(std::uint32_t branch, ReferenceMode mode) {
     std::vector<std::size_t> inside, outside;
     for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
-      (full_model_->branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
+      (full_->model.branch_of(static_cast<std::uint32_t>(run)) == branch ? inside : outside).push_back(run);
     if (inside.empty() || outside.empty()) return;
     std::vector<std::size_t> tested, present;
     for (const Split& split : plan_.splits)
@@ -115,11 +118,9 @@ class Evaluator {
     for (std::size_t run = 0; run < plan_.ensemble.runs.size(); ++run)
       if (std::ranges::find(tested, run) == tested.end()) present.push_back(run);
     const std::string name = "branch " + std::to_string(branch);
-    const Model without = bake_runs(outside, mode);
-    test(round(name + " removed", mode), {without, nullptr}, experiments(tested));
+    test(round(name + " removed", mode), bake_runs(outside, mode), experiments(tested));
     if (stopped()) return;
-    const Model with = bake_runs(present, mode);
-    test(round(name + " present", mode), {with, nullptr}, experiments(tested));
+    test(round(name + " present", mode), bake_runs(present, mode), experiments(tested));
   }
   void test(Round& round, TestSetup setup, std::span<const Experiment> experiments) {
     TrialSettings settings = plan_.trial;
@@ -186,14 +187,14 @@ class Evaluator {
   [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const {
     const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
     if (found != plan_.ensemble.runs.end())
-      return full_model_->branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
+      return full_->model.branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
     const auto reader = experiment.open();
     if (reader->states() == 0) return 0;
     bake::SimulationState state;
     reader->read(reader->states() - 1, state);
     std::vector<float> truth;
-    TrueMesh(reader->mesh(), *full_model_, plan_.description.mapping).positions(state.positions, truth);
-    return full_model_->branch_of(full_model_->sample(oracle(*full_model_, truth).sample).simulation);
+    TrueMesh(reader->mesh(), full_->model, plan_.description.mapping).positions(state.positions, truth);
+    return full_->model.branch_of(full_->model.sample(oracle(full_->model, truth).sample).simulation);
   }
   [[nodiscard]] Round& round(const std::string& title, ReferenceMode mode, const Disturbance& disturbance = {}) {
     const auto [at, fresh] = round_indices_.emplace(
@@ -206,7 +207,7 @@ class Evaluator {
   const EvaluationPlan& plan_;
   const EvaluationCallbacks& callbacks_;
   Evaluation result_;
-  std::optional<Model> full_model_;  // of all runs, at impact; defines the branches
+  std::optional<TestSetup> full_;  // of all runs, at impact; defines the branches
   std::map<std::string, std::size_t> round_indices_;
   std::vector<SensorViews> more_views_;
   std::uint64_t rendered_for_ = 0;  // checksum of the model

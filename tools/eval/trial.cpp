@@ -282,11 +282,11 @@ class Test {
   }
   void judge_channels() {
     if (model_.channels() == 0) return;
-    const auto read_positions = [&](std::uint32_t state, std::vector<float>& positions) {
+    const auto read_state = [&](std::uint32_t state) -> ChannelJudge::TrueState {
       read_truth(state);
-      positions = truth_;
+      return {truth_, true_fields(mesh_, *reader_, state_, model_)};
     };
-    channel_judge_.emplace(model_, *reader_, settings_.time_factor, read_positions, name_);
+    channel_judge_.emplace(model_, setup_.channels, *reader_, settings_.time_factor, read_state, name_);
   }
   void find_field() {
     if (model_.fields() == 0 || !mesh_.same_mesh() || model_.field(0).location != FieldInfo::Location::element) return;

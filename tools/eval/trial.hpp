@@ -114,8 +114,9 @@ struct TrialSettings {
 /// The model of a round of tests and its ICP baseline, shared by the threads that run the tests.
 struct TestSetup {
   Model model;
-  std::shared_ptr<IcpBaseline> icp;       // null: not measured
-  std::vector<SensorViews> more_views{};  // of TrialSettings::more_rigs
+  std::vector<bake::ChannelReport> channels{};  // of the model
+  std::shared_ptr<IcpBaseline> icp{};           // null: not measured
+  std::vector<SensorViews> more_views{};        // of TrialSettings::more_rigs
 };
 
 /// Called after every frame; true ends the test.

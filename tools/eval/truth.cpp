@@ -133,6 +133,22 @@ void TrueMesh::positions(std::span<const float> run, std::vector<float>& into) c
   bake::carry(carriers_, run, into);
 }
 
+TrueFields true_fields(const TrueMesh& mesh, const bake::SimulationReader& run, const bake::SimulationState& state,
+                       const Model& model) {
+  TrueFields fields;
+  if (!mesh.same_mesh()) return fields;
+  const std::vector<std::uint8_t> exposed = exposed_elements(run.mesh(), state.alive);
+  for (const std::uint32_t element : mesh.elements()) fields.present.push_back(exposed[element]);
+  for (std::uint32_t f = 0; f < model.fields(); ++f) {
+    std::vector<float>& values = fields.values.emplace_back(model.elements(), std::numeric_limits<float>::quiet_NaN());
+    const auto found = std::ranges::find(run.fields(), model.field(f).name, &bake::SimulationField::name);
+    if (found == run.fields().end()) continue;
+    const std::vector<float>& of_run = state.fields[static_cast<std::size_t>(found - run.fields().begin())];
+    std::ranges::transform(mesh.elements(), values.begin(), [&](std::uint32_t element) { return of_run[element]; });
+  }
+  return fields;
+}
+
 Truth::Truth(const std::filesystem::path& table_file, std::unique_ptr<bake::SimulationReader> run, const Model& model)
     : run_(std::move(run)), mesh_(run_->mesh(), model, {}) {
   for (TruthTable table(table_file); table.next();) {

@@ -30,6 +30,14 @@ class TrueMesh {
   std::vector<std::uint32_t> elements_;
 };
 
+/// The fields of a run in a state, on the elements of the model.
+struct TrueFields {
+  std::vector<std::vector<float>> values;  // per field of the model; NaN: the run lacks it. Empty: the meshes differ
+  std::vector<std::uint8_t> present;       // per element, 0 = eroded or covered; empty: the meshes differ
+};
+[[nodiscard]] TrueFields true_fields(const TrueMesh& mesh, const bake::SimulationReader& run,
+                                     const bake::SimulationState& state, const Model& model);
+
 /// truth.csv of sensed frames, with the run that they were sensed from.
 class Truth {
  public:

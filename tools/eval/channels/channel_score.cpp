@@ -12,17 +12,18 @@
 namespace lbea::tool {
 namespace {
 
-std::vector<bake::PlannedChannel> planned_channels(const Model& model) {
+std::vector<bake::PlannedChannel> planned_channels(const Model& model, std::span<const bake::ChannelReport> reports) {
   std::vector<bake::PlannedChannel> planned;
   const auto ids = model.node_ids();
-  for (std::uint32_t c = 0; c < model.channels(); ++c) {
-    const ChannelInfo info = model.channel(c);
-    const ChannelRow row = model.view().channels->row(c);
-    bake::PlannedChannel& channel = planned.emplace_back(bake::PlannedChannel{
-        std::string(info.name), std::string(info.unit), info.kind, info.component, info.cfc, {}, {}});
-    if (info.kind == ChannelKind::history) channel.history = model.view().channels->history(c);
-    for (std::size_t k = 0; k < row.nodes; ++k)
-      channel.nodes.push_back(static_cast<std::uint32_t>(std::ranges::find(ids, row.node_ids[k]) - ids.begin()));
+  for (const bake::ChannelReport& report : reports) {
+    bake::PlannedChannel& channel = planned.emplace_back(
+        bake::PlannedChannel{report.name, report.unit, report.kind, report.component, report.cfc, {}, {}});
+    for (const std::uint32_t id : report.node_ids)
+      channel.nodes.push_back(static_cast<std::uint32_t>(std::ranges::find(ids, id) - ids.begin()));
+    while (is_of_field(report.kind) && model.field(channel.field).name != report.field) ++channel.field;
+    channel.elements = report.elements;
+    channel.areas = report.areas;
+    channel.history = report.history;
   }
   return planned;
 }
@@ -31,6 +32,13 @@ std::vector<std::uint32_t> first_numbers(std::size_t count) {
   std::vector<std::uint32_t> numbers(count);
   std::iota(numbers.begin(), numbers.end(), 0u);
   return numbers;
+}
+
+/// NaN where it is not known.
+float true_statistic(const bake::PlannedChannel& channel, const TrueFields& fields) {
+  const double value = fields.values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                             : field_statistic(channel, fields.values[channel.field], fields.present);
+  return std::isfinite(value) ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
 }
 
 /// positions: nodes x 3.
@@ -53,20 +61,27 @@ std::vector<float> true_history(const bake::PlannedChannel& channel, bake::Simul
 
 }  // namespace
 
-ChannelJudge::ChannelJudge(const Model& model, bake::SimulationReader& run, double time_factor,
-                           const ReadPositions& read, const std::string& name)
+ChannelJudge::ChannelJudge(const Model& model, std::span<const bake::ChannelReport> channels,
+                           bake::SimulationReader& run, double time_factor, const ReadState& read,
+                           const std::string& name)
     : model_(model), states_(run.states()), evaluator_(model, FitSettings{}.most_combined()) {
-  const std::vector<bake::PlannedChannel> planned = planned_channels(model);
+  const std::vector<bake::PlannedChannel> planned = planned_channels(model, channels);
+  if (planned.empty()) return;
   bake::ChannelRecorder recorder(planned, first_numbers(model.nodes()));
-  std::vector<float> positions;
-  for (std::uint32_t state = 0; state < states_ && !planned.empty(); ++state) {
-    read(state, positions);
-    recorder.add(positions, model.node_ids(), run.time_s(state) * time_factor, name, nodes_without_place(positions));
+  std::vector<std::vector<float>> statistics(planned.size());
+  for (std::uint32_t state = 0; state < states_; ++state) {
+    const TrueState truth = read(state);
+    recorder.add(truth.positions, model.node_ids(), run.time_s(state) * time_factor, name,
+                 nodes_without_place(truth.positions));
+    for (std::size_t c = 0; c < planned.size(); ++c)
+      if (is_of_field(planned[c].kind)) statistics[c].push_back(true_statistic(planned[c], truth.fields));
   }
   for (std::size_t c = 0; c < planned.size(); ++c)
-    if (planned[c].kind == ChannelKind::history)
-      recorder.set_history(c, true_history(planned[c], run, time_factor, name));
-  if (!planned.empty()) truth_ = recorder.values(first_numbers(states_), name);
+    if (is_of_field(planned[c].kind))
+      recorder.set_values(c, std::move(statistics[c]));
+    else if (planned[c].kind == ChannelKind::history)
+      recorder.set_values(c, true_history(planned[c], run, time_factor, name));
+  truth_ = recorder.values(first_numbers(states_), name);
 }
 
 std::vector<ChannelScore> ChannelJudge::scores(const MatchResult& result, const TestForecast* forecast,
