@@ -10,7 +10,7 @@ using namespace lbea;
 
 namespace {
 
-constexpr std::size_t stride = 64, samples = 3;
+constexpr std::size_t stride = 256, samples = 3;
 const PoseCenter center{{10, -5, 3}, 40};
 const PoseMotion calibration{400, 400, 400, 100, 100, 100};
 constexpr float mesh_noise = 0.3f;
@@ -113,6 +113,34 @@ TEST_CASE("the covariance is that of the measured motions") {
   // of the mesh noise
   const double expected = 0.04 / (0.04 + 0.01);
   CHECK(ratio == doctest::Approx(expected).epsilon(0.1));
+}
+
+// Rounded sums made motions across the normal of a tilted plane of 1e26 length units.
+TEST_CASE("a plane tells its shift along the normal and no other") {
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0, 0.1f);
+  for (const std::array<float, 3>& normal :
+       {std::array{0.48f, 0.6f, 0.64f}, std::array{0.28f, -0.96f, 0.0f}, std::array{0.267261f, 0.534522f, 0.801784f}}) {
+    Surface surface(0);
+    for (std::size_t i = 0; i < stride; ++i) {
+      const float along = normal[0] * surface.shape[i] + normal[1] * surface.shape[stride + i] +
+                          normal[2] * surface.shape[2 * stride + i];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        surface.normals[axis * stride + i] = normal[axis];
+        surface.shape[axis * stride + i] -= along * normal[axis];  // onto the plane
+      }
+      surface.distances[i] = 0.3f + noise(random);
+    }
+    PoseMeasurement rough;
+    for (std::size_t i = 0; i < 6; ++i) rough.covariance[7 * i] = 1;
+    const PoseMotion found = surface.measured().together_with(rough).motion;
+    CHECK(length_of(PoseFactor(surface.measured().covariance).forward(surface.measured().motion)) < 100);
+    double shift = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) shift += found[3 + axis] * double{normal[axis]};
+    CHECK(shift == doctest::Approx(-0.3).epsilon(0.2));  // 60 mm from the middle, turns take a part of the noise
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      CHECK(found[3 + axis] == doctest::Approx(shift * double{normal[axis]}).epsilon(0.2).scale(1));
+  }
 }
 
 TEST_CASE("two independent measurements together are the weighted mean") {

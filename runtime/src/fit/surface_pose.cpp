@@ -25,19 +25,21 @@ PoseMeasurement SurfacePose::measure(const SurfaceEquations& equations, const Po
   set_motions(equations);
   add_products();
   const auto measured = static_cast<float>(equations.measured), nodes = static_cast<float>(equations.nodes);
-  eliminate_weights(price_ * nodes * equations.squares * normals / measured);
   const double variance = double{squares / measured} + double{square(noise_)};
-  constexpr double least = 1e-3;  // of the calibration's information
+  constexpr double least = 1e-3, rounding = 1e-5;  // of the calibration's information; of the sums
+  PoseMotion bounds{};
+  for (std::size_t m = 0; m < 6; ++m) bounds[m] = least / calibration[m] + rounding * information_[7 * m] / variance;
+  eliminate_weights(price_ * nodes * equations.squares * normals / measured);
   for (double& entry : information_) entry /= variance;
   for (std::size_t m = 0; m < 6; ++m) {
     sum_[m] /= variance;
-    information_[7 * m] += least / calibration[m];
+    information_[7 * m] += bounds[m];
   }
   const PoseFactor factor(information_);
   return {factor.solve(sum_), factor.inverse()};
 }
 
-/// The variance of a node's distance: that of the points and that of the samples.
+/// Multiplies the equations by the roots of their weights: the variance of the points over that of points and samples.
 SurfacePose::Sums SurfacePose::weigh(const SurfaceEquations& equations) noexcept {
   std::ranges::fill(roots_, 0.0f);
   for (std::size_t s = 0; s < samples_; ++s)

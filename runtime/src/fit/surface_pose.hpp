@@ -9,7 +9,7 @@ namespace lbea {
 
 class SurfacePose {
  public:
-  /// mesh_noise: of the metric, length unit. Allocates all memory, for `nodes` floats of a plane.
+  /// mesh_noise: of the metric, length unit. stride: of SurfaceEquations. Allocates all memory.
   SurfacePose(const PoseCenter& center, float mesh_noise, std::size_t stride, const FitSettings& settings);
 
   /// The motion that the cloud lacks. Equations of nodes at which the samples differ count less (generalized least
@@ -34,13 +34,14 @@ class SurfacePose {
   PoseCenter center_;
   float noise_, price_;
   std::size_t stride_, samples_ = 0;
-  std::vector<float> roots_;                   // of the nodes' weights
-  std::vector<float> rows_, motions_;          // per sample, per motion: changes of the distances; weighed
-  std::vector<float> distances_;               // weighed
-  std::vector<float> gram_, sums_, products_;  // of the samples; with one of them; 7 x k: of motions and distances
-  std::vector<double> solved_;                 // 7 x k
-  PoseMatrix information_{};                   // of the motions; then without what the weights explain
-  PoseMotion sum_{};                           // their products with the distances; the same
+  std::vector<float> roots_;           // of the nodes' weights
+  std::vector<float> rows_, motions_;  // per sample, per motion: changes of the distances; weighed
+  std::vector<float> distances_;       // weighed
+  std::vector<float> gram_, sums_,
+      products_;                // of the samples; with one of them, or prices; 7 x k: of motions and distances
+  std::vector<double> solved_;  // 7 x k
+  PoseMatrix information_{};    // of the motions; then without what the weights explain
+  PoseMotion sum_{};            // their products with the distances; the same
   RidgeProblem ridge_;
 };
 
