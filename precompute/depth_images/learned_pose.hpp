@@ -9,7 +9,7 @@ namespace lbea::bake {
 struct LearnedPose {
   double variance = 0;
   PoseErrors by_image{};
-  std::optional<PoseErrors> by_points{};  // nothing: the source has no points
+  std::optional<PoseErrors> by_points{};  // nothing: most frames have no points
 };
 
 /// Left-out runs, whose poses are right, are matched with the other runs over their whole duration.

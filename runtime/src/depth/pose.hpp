@@ -67,7 +67,8 @@ struct PoseSpreads {
   [[nodiscard]] PoseMatrix at(double time) const noexcept;
 };
 
-/// What the bake learned about measured poses. drift_evidence: see DriftTest; 0: drifts are not estimated.
+/// What the bake learned about measured poses. drift_evidence: see DriftTest, of frames that were measured in this way;
+/// 0: drifts are not estimated.
 struct PoseErrors {
   PoseSpreads spreads{};
   double drift_evidence = 0;

@@ -157,9 +157,10 @@ void DriftTest::advance(double elapsed) noexcept {
   drifting_.advance(elapsed);
 }
 
-void DriftTest::update(const PoseMeasurement& measured) noexcept {
+void DriftTest::update(const PoseMeasurement& measured, bool is_evidence) noexcept {
   constexpr double most = 4;  // of one frame, which may be an outlier
-  evidence_ += std::min(drifting_.update(measured) - constant_.update(measured), most);
+  const double of_frame = std::min(drifting_.update(measured) - constant_.update(measured), most);
+  if (is_evidence) evidence_ += of_frame;
   is_drifting_ = is_drifting_ || evidence_ > enough_;
   if (is_drifting_ || evidence_ > 0) return;
   evidence_ = 0;
@@ -245,7 +246,7 @@ bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double tim
   constexpr std::uint32_t most_unexplained = 5;  // frames in a row, each of which takes many passes
   if (!is_explained && unexplained_ >= most_unexplained) return go_back();
   DriftTest updated = test_;
-  updated.update(measured(posterior, time_s, by_points));
+  updated.update(measured(posterior, time_s, by_points), by_points.has_value() == by_points_.has_value());
   const PoseMotion motion = updated.likelier().motion();
   double squared = 0, deviations = 0;
   for (std::size_t i = 0; i < 6; ++i) {

@@ -21,7 +21,7 @@ struct PoseMeasurement {
                                  const PoseMotion& calibration) noexcept;
   /// Its covariance where frames are as wrong as this: see PoseSpreads.
   [[nodiscard]] PoseMatrix covariance_with(const PoseMatrix& spread) const noexcept;
-  /// Of two independent ones.
+  /// As if both were independent.
   [[nodiscard]] PoseMeasurement together_with(const PoseMeasurement& other) const noexcept;
 };
 
@@ -57,7 +57,8 @@ class DriftTest {
   /// enough: evidence of a drift, from which on the test is regarded as drifting.
   DriftTest(const PoseMotion& calibration, double enough) noexcept;
   void advance(double elapsed) noexcept;
-  void update(const PoseMeasurement& measured) noexcept;
+  /// is_evidence: of a drift, too.
+  void update(const PoseMeasurement& measured, bool is_evidence = true) noexcept;
   [[nodiscard]] const PoseTrajectory& likelier() const noexcept { return is_drifting_ ? drifting_ : constant_; }
   /// Logarithm of the likelihood ratio since the drift began, if there is one.
   [[nodiscard]] double evidence() const noexcept { return evidence_; }
