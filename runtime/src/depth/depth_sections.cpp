@@ -161,6 +161,9 @@ void read_pose_and_time(const ViewSections& sections, DepthImages& images) {
   const auto [variance, drift_evidence] = not_negative<2>(sections, SectionId::pose_numbers);
   images.pose_variance = static_cast<float>(variance);
   images.pose_errors = {pose_spreads(sections, SectionId::pose_spreads).value_or(PoseSpreads()), drift_evidence};
+  if ((sections.find(SectionId::pose_spreads_by_points) == nullptr) !=
+      (sections.find(SectionId::pose_numbers_by_points) == nullptr))
+    sections.fail(SectionId::pose_spreads_by_points, "it needs section pose_numbers_by_points, and this needs it");
   const auto [is_known, evidence_with_points] = not_negative<2>(sections, SectionId::pose_numbers_by_points);
   if (const auto spreads = pose_spreads(sections, SectionId::pose_spreads_by_points); spreads && is_known > 0)
     images.pose_errors_by_points = {*spreads, evidence_with_points};
