@@ -223,6 +223,17 @@ Eigen::MatrixXd parameters_of(const BakePlan& plan) {
   return parameters;
 }
 
+/// source: without points.
+void write_what_fit_learns(const BakePlan& plan, SampleSource& source, const BakeOptions& options,
+                           ModelWriter& writer) {
+  add_points(plan, writer, planned_renderer(options.depth_renderer, plan.survey, *plan.camera), source);
+  const LearnedFit learned = learn_fit(source, options.threads);
+  write_learned_fit(writer, *plan.camera, learned, 0);
+  write_more_views(plan, source, options, writer);
+  write_channel_bounds(writer, learned);
+  write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
+}
+
 BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
   BakeSummary summary;
   summary.vertices = info.vertices;
@@ -358,12 +369,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   if (plan.camera) {
     SampleSource source = source_of(plan, writer, appender.fields());
     add_surface(bases.front(), envelope, source);
-    add_points(plan, writer, planned_renderer(options.depth_renderer, plan.survey, *plan.camera), source);
-    const LearnedFit learned = learn_fit(source, options.threads);
-    write_learned_fit(writer, *plan.camera, learned, 0);
-    write_more_views(plan, source, options, writer);
-    write_channel_bounds(writer, learned);
-    write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
+    write_what_fit_learns(plan, source, options, writer);
   }
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, envelope.bits);
   BakeSummary summary = summary_of(model.info, bases);

@@ -31,7 +31,7 @@ class SurfaceFitter {
   /// The same for the frame's depth image, by the proposed samples alone: see CandidateSearch.
   SurfaceFit fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
   /// Moves the estimate of the latest fit to the points of its index, and ranks the candidates again. Spread, time and
-  /// verdict remain those of the uncorrected estimate, as in the frames that the bake learns from. Does not allocate.
+  /// verdict remain those of the uncorrected estimate. Does not allocate.
   void correct(const CloudIndex& index, SurfaceFit& result) noexcept;
 
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
