@@ -52,6 +52,14 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+/// The rows of frames.csv. options: of an evaluation without ICP, contained experiments and other components.
+std::vector<CsvRow> evaluated_frames(const std::string& options) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program(evaluation(options + " --no-icp --no-contained --no-strangers"), folder.path());
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  return read_csv(folder / "e/frames.csv");
+}
+
 using Errors = std::map<std::string, std::vector<double>>;  // per method, of the frames of a test
 
 std::size_t lines_of(const std::filesystem::path& file) {
@@ -260,15 +268,9 @@ TEST_CASE("lbea-register refines a rough pose to about the noise of the sensor")
 }
 
 TEST_CASE("a pose error of the whole test is estimated and corrected") {
-  const TemporaryFolder folder;
-  const auto frames = [&](const std::string& options) {
-    const Outcome outcome = run_program(
-        evaluation(
-            "--split 0.2 --first-step 1 --every 3 --no-icp --no-contained --no-strangers --shift 6 --pose-error 2 " +
-            options),
-        folder.path());
-    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
-    std::vector<CsvRow> rows = read_csv(folder / "e/frames.csv");
+  const auto frames = [](const std::string& options) {
+    std::vector<CsvRow> rows =
+        evaluated_frames("--split 0.2 --first-step 1 --every 3 --shift 6 --pose-error 2 " + options);
     std::erase_if(rows, [](const CsvRow& row) { return row.at("frames_are") == "as sensed"; });
     return rows;
   };
@@ -286,13 +288,7 @@ TEST_CASE("a pose error of the whole test is estimated and corrected") {
 
 // By the images alone, most drifts were never found: unseen runs seemed to be moved as far.
 TEST_CASE("a drift of the pose is found and followed") {
-  const TemporaryFolder folder;
-  const Outcome outcome = run_program(
-      evaluation("--split 0.2 --first-step 1 --every 2 --no-icp --no-contained --no-strangers --shift 8 --pose-error 3 "
-                 "--drift"),
-      folder.path());
-  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
-  std::vector<CsvRow> rows = read_csv(folder / "e/frames.csv");
+  std::vector<CsvRow> rows = evaluated_frames("--split 0.2 --first-step 1 --every 2 --shift 8 --pose-error 3 --drift");
   std::erase_if(rows, [](const CsvRow& row) { return row.at("frames_are") == "as sensed" || row.at("step") != "19"; });
   CHECK(rows.size() == 2);
   for (const CsvRow& last : rows) {  // the drift ends at step 20
@@ -304,13 +300,8 @@ TEST_CASE("a drift of the pose is found and followed") {
 // One millisecond after the impact, with its crushed end hidden, the rail was taken for one that is crushed up to the
 // edge of what hides it: 51 mm of error.
 TEST_CASE("the first frame of a test is not taken for one near the end because something hides the crushed part") {
-  const TemporaryFolder folder;
-  const Outcome outcome = run_program(
-      evaluation("--experiments run_110 --seed 4 --first-step 2 --every 50 --fixed-pose --hide-connected 0.3 "
-                 "--same-place --no-icp --no-contained --no-strangers"),
-      folder.path());
-  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
-  const std::vector<CsvRow> rows = read_csv(folder / "e/frames.csv");
+  const std::vector<CsvRow> rows = evaluated_frames(
+      "--experiments run_110 --seed 4 --first-step 2 --every 50 --fixed-pose --hide-connected 0.3 --same-place");
   const auto hidden = std::ranges::find_if(rows, [](const CsvRow& row) { return row.at("frames_are") != "as sensed"; });
   REQUIRE(hidden != rows.end());
   // A rail that moves 10 mm per millisecond, for two of its states of 0.5 ms.
