@@ -2,6 +2,7 @@
 
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
+#include "runtime/src/match/shape_landmarks.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -155,7 +156,7 @@ class BlockComparison {
 
 std::vector<std::uint32_t> surface_nodes(std::span<const std::uint32_t> vertex_nodes) {
   const auto all = static_cast<std::uint32_t>(vertex_nodes.size());
-  std::vector<std::uint32_t> nodes(std::min(256u, all));
+  std::vector<std::uint32_t> nodes(std::min(most_surface_places, all));
   for (std::uint32_t i = 0; i < nodes.size(); ++i) nodes[i] = vertex_nodes[format::part_begin(i, nodes.size(), all)];
   return nodes;
 }

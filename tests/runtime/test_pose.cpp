@@ -45,9 +45,7 @@ PoseMotion lacking(const Model& model, std::span<const std::uint16_t> image) {
   for (const std::uint16_t cell : image) points.push_back(40 * share_of(cell));  // any number in a full cell
   std::vector<RankedSample> all;
   for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
-  PoseBelief prior;
-  const PoseMotion calibration = calibration_variances(PoseCenter::of(model.view()), 1);
-  for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration[i];
+  const PoseBelief prior = PoseBelief::with(calibration_variances(PoseCenter::of(model.view()), 1));
   fitter.fit({.observed = observed, .prior = &prior, .points = points}, all);
   return fitter.pose().mean;
 }

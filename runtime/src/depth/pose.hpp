@@ -78,6 +78,13 @@ struct PoseErrors {
 struct PoseBelief {
   PoseMotion mean{};
   PoseMatrix information{};  // inverse covariance
+
+  /// About no motion. variances: per component.
+  [[nodiscard]] static PoseBelief with(const PoseMotion& variances) noexcept {
+    PoseBelief belief;
+    for (std::size_t i = 0; i < 6; ++i) belief.information[7 * i] = 1 / variances[i];
+    return belief;
+  }
 };
 
 }  // namespace lbea

@@ -17,6 +17,10 @@ constexpr double correlation_time = 0.2, independent = 0.1;
 // Growth of the rate's standard deviation over one duration, in the units of usual_drift_rate.
 constexpr double usual_change = 0.1;
 
+double enough_evidence(const PoseErrors& errors) noexcept {
+  return errors.drift_evidence > 0 ? errors.drift_evidence : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 PoseMeasurement PoseMeasurement::between(const PoseBelief& prior, const PoseBelief& posterior,
@@ -174,14 +178,6 @@ PoseMotion calibration_variances(const PoseCenter& center, double length_per_mm)
   for (std::size_t i = 0; i < 6; ++i) variances[i] = i < 3 ? turn * turn : shift * shift;
   return variances;
 }
-
-namespace {
-
-double enough_evidence(const PoseErrors& errors) noexcept {
-  return errors.drift_evidence > 0 ? errors.drift_evidence : std::numeric_limits<double>::infinity();
-}
-
-}  // namespace
 
 PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double duration_s, const PoseErrors& by_image,
                        const std::optional<PoseErrors>& by_points) noexcept

@@ -37,11 +37,11 @@ class SurfacePose {
   std::vector<float> roots_;           // of the nodes' weights
   std::vector<float> rows_, motions_;  // per sample, per motion: changes of the distances; weighed
   std::vector<float> distances_;       // weighed
-  std::vector<float> gram_, sums_,
-      products_;                // of the samples; with one of them, or prices; 7 x k: of motions and distances
-  std::vector<double> solved_;  // 7 x k
-  PoseMatrix information_{};    // of the motions; then without what the weights explain
-  PoseMotion sum_{};            // their products with the distances; the same
+  std::vector<float> gram_, sums_;     // of the samples; with one of them, or prices
+  std::vector<float> products_;        // 7 x k: of the motions and the distances with the samples
+  std::vector<double> solved_;         // 7 x k
+  PoseMatrix information_{};           // of the motions; then without what the weights explain
+  PoseMotion sum_{};                   // their products with the distances; the same
   RidgeProblem ridge_;
 };
 

@@ -9,7 +9,7 @@ std::vector<std::uint32_t> chosen_places(const ModelView& model, LandmarkPlaces 
   const std::uint32_t surface = format::surface_landmarks(model.info.vertices),
                       mesh = format::mesh_landmarks(model.info.nodes);
   const std::uint32_t all = !is_surface ? mesh : has_landmarks ? surface : model.info.vertices;
-  std::vector<std::uint32_t> places(std::min(is_surface ? 256u : 128u, all));
+  std::vector<std::uint32_t> places(std::min(is_surface ? most_surface_places : most_component_places, all));
   for (std::uint32_t i = 0; i < places.size(); ++i) {
     const std::uint32_t one = format::part_begin(i, places.size(), all);
     if (has_landmarks)

@@ -9,7 +9,9 @@
 
 namespace lbea {
 
-/// Which nodes: at most 128 of the whole component, or at most 256 of the observed surface.
+inline constexpr std::uint32_t most_component_places = 128, most_surface_places = 256;
+
+/// Which nodes: at most so many of the whole component, or of the observed surface.
 enum class LandmarkPlaces : std::uint8_t { component, surface };
 
 class ShapeLandmarks {
