@@ -163,7 +163,7 @@ void read_pose_and_time(const ViewSections& sections, DepthImages& images) {
   images.pose_errors = {pose_spreads(sections, SectionId::pose_spreads).value_or(PoseSpreads()), drift_evidence};
   if ((sections.find(SectionId::pose_spreads_by_points) == nullptr) !=
       (sections.find(SectionId::pose_numbers_by_points) == nullptr))
-    sections.fail(SectionId::pose_spreads_by_points, "it needs section pose_numbers_by_points, and this needs it");
+    sections.fail(SectionId::pose_spreads_by_points, "there is only one of it and pose_numbers_by_points");
   const auto [is_known, evidence_with_points] = not_negative<2>(sections, SectionId::pose_numbers_by_points);
   if (const auto spreads = pose_spreads(sections, SectionId::pose_spreads_by_points); spreads && is_known > 0)
     images.pose_errors_by_points = {*spreads, evidence_with_points};
