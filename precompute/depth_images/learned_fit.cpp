@@ -38,6 +38,13 @@ class LeftOutTests {
 
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
   [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, metrics_[metric]); }
+  /// As the runtime publishes estimates: they follow the regression if `blend`, its share, is not 0, and are moved to
+  /// the points.
+  [[nodiscard]] std::vector<FrameErrors> published_errors(std::size_t metric, const DepthMetric& costs,
+                                                          const ShapeRegression& regression, float blend,
+                                                          const Eigen::MatrixXd& predicted) const {
+    return blend > 0 ? errors(metric, costs, regression, predicted, true) : errors(metric, costs, {}, {}, true);
+  }
   /// costs: those of the metric, with any price of hidden parts. predicted: one row of shape scores per frame; without
   /// rows, the candidates alone determine the estimates. corrects: see LeftOutFitter::errors().
   [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs,
@@ -245,11 +252,10 @@ FramePair learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, cons
                       const Eigen::MatrixXd& predicted, LearnedFit& learned) {
   const auto of_seen = static_cast<Eigen::Index>(seen.frames().size()),
              of_hidden = static_cast<Eigen::Index>(hidden.frames().size());
-  FramePair frames{seen.errors(0, learned.metric, regression,
-                               predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen), true),
-                   regression.hidden_blend > 0
-                       ? hidden.errors(0, learned.metric, regression, predicted.bottomRows(of_hidden), true)
-                       : hidden.errors(0, learned.metric, {}, {}, true)};
+  FramePair frames{
+      seen.published_errors(0, learned.metric, regression, regression.blend,
+                            predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen)),
+      hidden.published_errors(0, learned.metric, regression, regression.hidden_blend, predicted.bottomRows(of_hidden))};
   learned.tests = estimated_shapes(frames[0], regression);
   learned.hidden_tests = estimated_shapes(frames[1], regression);
   return frames;
@@ -377,13 +383,10 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
       train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, learned.metric)}, of_whole,
                    of_hidden, learned.metric, threads, learned.shapes);
   const ShapeRegression regression = learned.shapes.view();
-  const auto as_published = [&](const LeftOutTests& of, std::size_t with, float blend, const Eigen::MatrixXd& rows) {
-    return blend > 0 ? of.errors(with, learned.metric, regression, rows, true)
-                     : of.errors(with, learned.metric, {}, {}, true);
-  };
-  of_whole = as_published(whole, metric, regression.blend, predicted.topRows(std::ssize(of_whole)));
-  of_hidden = as_published(hidden, 0, regression.hidden_blend,
-                           predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
+  of_whole = whole.published_errors(metric, learned.metric, regression, regression.blend,
+                                    predicted.topRows(std::ssize(of_whole)));
+  of_hidden = hidden.published_errors(0, learned.metric, regression, regression.hidden_blend,
+                                      predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
   FramePair frames =
       regression.blend > 0 ? learn_tests(seen_tests, hidden_tests, regression, predicted, learned) : FramePair{};
   learned.error_per_spread = error_per_spread(of_whole, learned.metric);

@@ -49,20 +49,19 @@ class LeftOutRuns {
         calibration_(
             calibration_variances(LeftOutFitter(source, metric, 1).center(), units_per_mm(source.length_unit))) {}
 
-  /// variance: learned before; 0: not known.
+  /// variance: learned before; 0: not known, and points are not measured.
   [[nodiscard]] std::vector<ApparentMotion> motions(double variance) const {
     std::vector<ApparentMotion> motions(frames_.size());
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
       LeftOutFitter fitter(source_, metric_, FitSettings{}.candidates, {}, variance);
       for (std::size_t i = next(); i < frames_.size(); i = next())
-        motions[i] = fitter.motion({frames_, i, best_[i], false}, calibration_);
+        motions[i] = fitter.motion({frames_, i, best_[i], false}, calibration_, variance > 0);
     });
     return motions;
   }
 
   [[nodiscard]] Measured by_image(std::span<const ApparentMotion> motions) const {
-    PoseBelief prior;
-    for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration_[i];
+    const PoseBelief prior = PoseBelief::with(calibration_);
     Measured measured;
     for (const ApparentMotion& motion : motions)
       measured.emplace_back(PoseMeasurement::between(prior, motion.posterior, calibration_));

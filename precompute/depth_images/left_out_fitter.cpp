@@ -63,12 +63,11 @@ FrameErrors LeftOutFitter::errors(const LeftOutFrame& frame, const PoseBelief* p
   return errors;
 }
 
-ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseMotion& calibration) {
-  PoseBelief prior;
-  for (std::size_t i = 0; i < 6; ++i) prior.information[7 * i] = 1 / calibration[i];
+ApparentMotion LeftOutFitter::motion(const LeftOutFrame& frame, const PoseMotion& calibration, bool with_points) {
+  const PoseBelief prior = PoseBelief::with(calibration);
   const double estimate_error = errors(frame, &prior).estimate;
   ApparentMotion motion{fitter_.pose(), {}, fitter_.pose_fit().variance(), estimate_error};
-  if (!source_.points_of) return motion;
+  if (!with_points || !source_.points_of) return motion;
   SurfaceFit fit;
   correct(frame, fit);
   motion.by_points = fitter_.pose_by_points(calibration);

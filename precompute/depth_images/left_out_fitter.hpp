@@ -49,8 +49,8 @@ class LeftOutFitter {
   /// prior: of the pose, which does not change the errors; none: the pose is known. corrects: moves the estimate to the
   /// frame's points, if the source has any.
   FrameErrors errors(const LeftOutFrame& frame, const PoseBelief* prior = nullptr, bool corrects = false);
-  /// calibration: variance of the poses per component.
-  ApparentMotion motion(const LeftOutFrame& frame, const PoseMotion& calibration);
+  /// calibration: variance of the poses per component. with_points: measures by_points, too.
+  ApparentMotion motion(const LeftOutFrame& frame, const PoseMotion& calibration, bool with_points);
   /// Of the component; lengths that follow from it are nearly the same for all samples.
   [[nodiscard]] PoseCenter center() const { return PoseCenter::of(view_); }
 
