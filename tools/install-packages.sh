@@ -19,7 +19,7 @@ demo=(
   libpugixml-dev liblzf-dev                        # VTK's XML files, packed PCD clouds
   libcli11-dev libspdlog-dev                       # programs
 )
-picture=(python3 python3-numpy python3-matplotlib)
+picture=(python3 python3-numpy python3-pil fonts-dejavu-core)
 monitor=(
   "${demo[@]}"
   libboost-dev                                     # HTTP: Beast, header-only
@@ -28,6 +28,7 @@ monitor=(
 command -v npm >/dev/null && command -v node >/dev/null || monitor+=(nodejs npm)
 build=(
   "${monitor[@]}" "${picture[@]}" git
+  python3-matplotlib                               # figures of evaluations
   libbenchmark-dev                                 # benchmark of single loops
   libhdf5-dev                                      # VTKHDF files; without it they are refused
   pybind11-dev python3-dev python3-zmq python3-flatbuffers         # Python
