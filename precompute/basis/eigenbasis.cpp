@@ -5,6 +5,7 @@
 
 #include <lbea/lbea.hpp>
 
+#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 
 #include <algorithm>
@@ -16,10 +17,10 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Eigen::Index;
 
-constexpr Index dense_below = 300;        // vertices; below, the dense solver is as fast
-constexpr double same_eigenvalue = 1e-6;  // relative: closer ones form a cluster, within which the order is arbitrary
-constexpr double same_magnitude = 1e-9;   // relative
-constexpr double tolerance = 1e-12;       // Krylov residual, relative
+constexpr Index dense_below = 300;          // vertices; below, the dense solver is as fast
+constexpr double same_eigenvalue = 1e-6;    // relative: closer ones form a cluster, within which the order is arbitrary
+constexpr double same_magnitude = 1e-9;     // relative
+constexpr double krylov_tolerance = 1e-12;  // of the residual, relative
 
 using Pairs = Eigenpairs;  // ascending
 
@@ -84,15 +85,15 @@ Eigen::VectorXd start_vector(Index n) {
 Pairs rayleigh_ritz(const Sparse& a, const Eigen::MatrixXd& vectors, Index count) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(vectors);
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(vectors.rows(), vectors.cols());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(q.transpose() * (a * q));
+  const Pairs ritz = eigenpairs_of_symmetric(q.transpose() * (a * q));
   const Index kept = std::min(count, vectors.cols());
-  return {ritz.eigenvalues().head(kept), q * ritz.eigenvectors().leftCols(kept)};
+  return {ritz.values.head(kept), q * ritz.vectors.leftCols(kept)};
 }
 
 // The `count` smallest of A - sigma I, from the largest of its inverse.
 Pairs krylov_pairs(const ShiftInvert& op, Index n, double sigma, Index count, Index space) {
   Pairs pairs = largest_eigenpairs(std::cref(op), start_vector(n), count,
-                                   std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), tolerance);
+                                   std::clamp(std::max(2 * count + 1, count + 20), count + 1, space), krylov_tolerance);
   if (pairs.values.size() == 0)
     throw Error(Status::bad_input, "the eigenvalues of the region did not converge; ask for fewer modes");
   pairs.values = sigma + pairs.values.array().inverse();
@@ -111,8 +112,8 @@ Index missing(const Sparse& a, const Eigen::VectorXd& values, double floor) {
 }
 
 Pairs dense_pairs(const Sparse& a, Index p) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(a)};
-  return {solver.eigenvalues().head(p), solver.eigenvectors().leftCols(p)};
+  const Pairs all = eigenpairs_of_symmetric(Eigen::MatrixXd(a));
+  return {all.values.head(p), all.vectors.leftCols(p)};
 }
 
 // One Krylov space holds one vector of each eigenspace; several components and symmetric shapes have larger

@@ -1,7 +1,5 @@
 #include "precompute/basis/lanczos.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 
@@ -23,9 +21,9 @@ class Lanczos {
   [[nodiscard]] Eigenpairs solve(double tolerance) {
     for (int restart = 0; restart < most_restarts; ++restart) {
       extend();
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(projected_.selfadjointView<Eigen::Upper>());
-      const VectorXd values = ritz.eigenvalues().reverse();
-      const MatrixXd vectors = ritz.eigenvectors().rowwise().reverse();
+      const Eigenpairs ritz = eigenpairs_of_symmetric(projected_.selfadjointView<Eigen::Upper>());
+      const VectorXd values = ritz.values.reverse();
+      const MatrixXd vectors = ritz.vectors.rowwise().reverse();
       const auto residuals = residual_ * vectors.row(space() - 1).head(count_).cwiseAbs().transpose().array();
       if ((residuals <= tolerance * values.head(count_).array().abs()).all() || space() == basis_.rows())
         return {values.head(count_), basis_.leftCols(space()) * vectors.leftCols(count_)};

@@ -1,16 +1,11 @@
 // The largest eigenpairs of a symmetric operator.
 #pragma once
 
-#include <Eigen/Core>
+#include "precompute/dense/symmetric_eigenpairs.hpp"
 
 #include <functional>
 
 namespace lbea::bake {
-
-struct Eigenpairs {
-  Eigen::VectorXd values;   // as the functions that return them order them
-  Eigen::MatrixXd vectors;  // orthonormal columns
-};
 
 /// y = A x.
 using SymmetricOperator = std::function<void(const Eigen::VectorXd& x, Eigen::VectorXd& y)>;

@@ -1,11 +1,10 @@
 #include "precompute/depth_images/shape_training.hpp"
 
+#include "precompute/dense/symmetric_eigenpairs.hpp"
 #include "precompute/dense/symmetric_inverse.hpp"
 #include "precompute/depth_images/branches.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <numeric>
@@ -15,7 +14,7 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd;
 
-constexpr std::size_t most_nodes = 128;  // at which shapes are compared
+constexpr std::size_t compared_nodes = 128;  // of a shape, at most
 constexpr std::array regularizations{1e-4, 1e-3, 1e-2};
 
 /// At most 512 of `count` rows: enough to compute principal components.
@@ -27,14 +26,13 @@ std::vector<std::size_t> snapshots_of(std::size_t count) {
 /// snapshots (Sirovich 1987): from the rows' Gram matrix.
 MatrixXd principal_components(const MatrixXd& snapshots, std::size_t most) {
   const Index count = snapshots.rows();
-  const MatrixXd gram = snapshots * snapshots.transpose();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(gram);
-  const double largest = solver.eigenvalues()(count - 1);
+  const Eigenpairs pairs = eigenpairs_of_symmetric(snapshots * snapshots.transpose());
+  const double largest = pairs.values(count - 1);
   MatrixXd components = MatrixXd::Zero(snapshots.cols(), static_cast<Index>(most));
   for (Index k = 0; k < std::min(count, components.cols()); ++k) {
-    const double eigenvalue = solver.eigenvalues()(count - 1 - k);
+    const double eigenvalue = pairs.values(count - 1 - k);
     if (!(eigenvalue > 1e-10 * largest)) break;
-    components.col(k) = snapshots.transpose() * solver.eigenvectors().col(count - 1 - k) / std::sqrt(eigenvalue);
+    components.col(k) = snapshots.transpose() * pairs.vectors.col(count - 1 - k) / std::sqrt(eigenvalue);
   }
   return components;
 }
@@ -127,7 +125,7 @@ void ShapeTraining::read_shapes(const SampleSource& source) {
   std::vector<float> positions(3 * source.nodes);
   const auto shape_of = [&](std::size_t sample) -> RowVectorXd {
     source.read_positions(sample, positions);
-    const std::vector<float> nodes = thinned_nodes(positions, most_nodes);
+    const std::vector<float> nodes = thinned_nodes(positions, compared_nodes);
     const auto row = Eigen::Map<const Eigen::RowVectorXf>(nodes.data(), std::ssize(nodes)).cast<double>();
     return row / std::sqrt(static_cast<double>(row.cols()) / 3);  // distances are root mean squares over nodes
   };

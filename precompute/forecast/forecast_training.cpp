@@ -1,9 +1,8 @@
 #include "precompute/forecast/forecast_training.hpp"
 
+#include "precompute/dense/symmetric_eigenpairs.hpp"
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/parallel.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <cmath>
 
@@ -40,13 +39,13 @@ struct Components {
 
 /// From the rows' Gram matrix. shapes: scaled.
 Components components_of(const MatrixXd& shapes) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(shapes * shapes.transpose()));
-  const VectorXd& all = solver.eigenvalues();
+  const Eigenpairs pairs = eigenpairs_of_symmetric(shapes * shapes.transpose());
+  const VectorXd& all = pairs.values;
   Index count = 0;
   while (count < all.size() && all(all.size() - 1 - count) > 1e-10 * all(all.size() - 1)) ++count;
   Components found;
   found.variances = all.tail(count).reverse();
-  const MatrixXd vectors = solver.eigenvectors().rightCols(count).rowwise().reverse();
+  const MatrixXd vectors = pairs.vectors.rightCols(count).rowwise().reverse();
   const VectorXd lengths = found.variances.cwiseSqrt();
   found.rows = lengths.cwiseInverse().asDiagonal() * (vectors.transpose() * shapes);
   found.runs = vectors * lengths.asDiagonal();
