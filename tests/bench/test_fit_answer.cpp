@@ -1,6 +1,6 @@
 // The check of method fit: right answers pass, wrong depth images and candidates do not.
 #include "tests/bench/plates.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
 #include "tools/bench/fit/fit_answer.hpp"
 
 #include <doctest/doctest.h>

@@ -4,8 +4,8 @@
 #include "runtime/src/channels/learned_channels.hpp"
 #include "tests/channels/written_plates.hpp"
 #include "tests/precompute/baked.hpp"
-#include "tests/runtime/forged_model.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
+#include "tests/runtime/model/forged_model.hpp"
 #include "tests/support/refusals.hpp"
 
 #include <doctest/doctest.h>

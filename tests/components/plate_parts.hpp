@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tests/components/cut_run.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
 
 namespace lbea::test {
 

@@ -1,6 +1,6 @@
 // Any call fails during a recording: every loss is reported, and everything reported as recorded is in the file.
 #include "tests/faults/recordings.hpp"
-#include "tests/mcap/mcap_support.hpp"
+#include "tests/mcap/format/mcap_support.hpp"
 
 #include <nlohmann/json.hpp>
 

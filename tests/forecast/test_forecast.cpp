@@ -1,8 +1,8 @@
 // Forecasts of tests, frame by frame.
 #include "runtime/src/forecast/learned_forecast.hpp"
 #include "runtime/src/model/model_view.hpp"
-#include "tests/runtime/forged_model.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
+#include "tests/runtime/model/forged_model.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 
 #include <lbea/lbea.h>

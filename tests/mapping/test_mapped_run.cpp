@@ -1,7 +1,7 @@
 // Bakes whose runs have several meshes.
 #include "precompute/mapping/mapped_run.hpp"
 #include "tests/mapping/meshes.hpp"
-#include "tests/precompute/shard_plates.hpp"
+#include "tests/precompute/jobs/shard_plates.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/resampled_run.hpp"
 

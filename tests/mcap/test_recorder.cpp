@@ -4,7 +4,7 @@
 #include "tools/shared/recording/recording_file.hpp"
 #include "tools/shared/recording/recording_format.hpp"
 
-#include "tests/mcap/mcap_support.hpp"
+#include "tests/mcap/format/mcap_support.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/test_data.hpp"
 

@@ -2,7 +2,7 @@
 // once.
 #include "runtime/src/model/field_codes.hpp"
 #include "runtime/src/model/model_view.hpp"
-#include "tests/precompute/shard_plates.hpp"
+#include "tests/precompute/jobs/shard_plates.hpp"
 #include "tests/support/refusals.hpp"
 
 #include <lbea/inference.hpp>

@@ -1,6 +1,6 @@
 // Method::fit end to end: plates under a rig, baked with their depth images, recognised by what the rig sees.
 #include "runtime/src/fit/surface_fit.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
 
 #include <lbea/inference.hpp>
 #include <lbea/tracker.hpp>

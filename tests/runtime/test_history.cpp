@@ -3,7 +3,7 @@
 #include "runtime/src/depth/test_clock.hpp"
 #include "runtime/src/fit/surface_fit.hpp"
 #include "runtime/src/model/model_view.hpp"
-#include "tests/runtime/seen_plates.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
 
 #include <lbea/test_history.hpp>
 

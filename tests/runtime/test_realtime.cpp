@@ -1,8 +1,8 @@
 // match() promises: no allocation. Every way to the heap is counted here, over 10,000 frames, malformed ones included.
 #include "runtime/src/fit/surface_fit.hpp"
 #include "runtime/src/match/sample_search.hpp"
+#include "tests/runtime/fit/seen_plates.hpp"
 #include "tests/runtime/frames.hpp"
-#include "tests/runtime/seen_plates.hpp"
 
 #include <lbea/lbea.h>
 #include <lbea/components.hpp>

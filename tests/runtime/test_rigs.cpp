@@ -1,5 +1,5 @@
 // Several rigs around bending plates: one looks down on them, one up, one from above at an angle.
-#include "tests/runtime/two_rigs.hpp"
+#include "tests/runtime/rigs/two_rigs.hpp"
 
 #include <lbea/inference.hpp>
 #include <lbea/test_history.hpp>

@@ -1,5 +1,5 @@
 // lbea-inspect on models: output and exit codes.
-#include "tests/runtime/forged_model.hpp"
+#include "tests/runtime/model/forged_model.hpp"
 #include "tests/support/files.hpp"
 #include "tests/tools/bake_program.hpp"
 

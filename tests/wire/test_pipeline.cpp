@@ -2,7 +2,7 @@
 #include "tools/serve/reports.hpp"
 
 #include "tests/support/test_data.hpp"
-#include "tests/wire/fake_engine.hpp"
+#include "tests/wire/pipeline/fake_engine.hpp"
 #include "tests/wire/wire_support.hpp"
 
 #include <doctest/doctest.h>
