@@ -1,77 +1,81 @@
 #include "runtime/src/depth/depth_ranking.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <cstring>
 
 namespace lbea {
 
 namespace {
 
-/// Combines five values at intervals of `step`, the first, or with a negative step the last, at the result's place.
-template <class Combine>
-void combine_five(const std::vector<std::uint8_t>& of, std::ptrdiff_t step, std::vector<std::uint8_t>& pairs,
-                  std::vector<std::uint8_t>& into, const Combine& combine) noexcept {
-  const std::ptrdiff_t count = std::ssize(of), before = std::max<std::ptrdiff_t>(-step, 0),
-                       after = std::max<std::ptrdiff_t>(step, 0);
-  const std::uint8_t* value = of.data();
-  std::uint8_t *pair = pairs.data(), *result = into.data();
-  for (std::ptrdiff_t i = before; i < count - after; ++i) pair[i] = combine(value[i], value[i + step]);
-  for (std::ptrdiff_t i = 4 * before; i < count - 4 * after; ++i)
-    result[i] = combine(combine(pair[i], pair[i + 2 * step]), value[i + 4 * step]);
-}
+/// The bits at 0, 8, ..., 56, as the lowest eight.
+std::uint64_t packed(std::uint64_t bytes) noexcept { return bytes * 0x0102040810204080 >> 56; }
 
 }  // namespace
 
 HiddenParts::HiddenParts(const DepthCamera& camera)
     : columns_(camera.columns),
       rows_(camera.rows),
-      stride_(camera.columns + margin),
-      empty_((camera.rows + 2 * margin) * stride_ + margin),
+      words_((camera.columns + margin + bits_of_word - 1) / bits_of_word),
+      in_row_(bits_of_word * words_),
+      empty_((camera.rows + 2 * margin) * words_ + 1),
       allowed_(empty_.size()),
-      differing_(empty_.size()),
-      pairs_(empty_.size()),
-      along_row_(empty_.size()),
       parts_(empty_.size()) {}
+
+template <class IsSet>
+void HiddenParts::set_row(std::vector<std::uint64_t>& into, std::size_t row, const IsSet& is_set) noexcept {
+  const std::size_t columns = columns_, first = row * columns;  // bytes alias members: they would be read for each cell
+  std::uint8_t* const cells = in_row_.data();
+  for (std::size_t column = 0; column < columns; ++column) cells[column] = is_set(first + column) ? 1 : 0;
+  for (std::size_t word = 0; word < words_; ++word) {
+    std::uint64_t bits = 0;
+    for (std::size_t byte = 0; byte < 8; ++byte) {
+      std::uint64_t eight;
+      std::memcpy(&eight, cells + bits_of_word * word + 8 * byte, sizeof(eight));
+      bits |= packed(eight) << 8 * byte;
+    }
+    into[at(row) + word] = bits;
+  }
+}
 
 void HiddenParts::set_frame(std::span<const float> observed) noexcept {
   are_known_ = false;
   for (std::size_t row = 0; row < rows_; ++row)
-    for (std::size_t column = 0; column < columns_; ++column)
-      empty_[at(row, column)] = observed[row * columns_ + column] < 0 ? 1 : 0;
+    set_row(empty_, row, [observed](std::size_t cell) { return observed[cell] < 0; });
 }
 
 void HiddenParts::set_frame_with_known_parts(std::span<const float> observed) noexcept {
   set_frame(observed);
   are_known_ = true;
   for (std::size_t row = 0; row < rows_; ++row)
-    for (std::size_t column = 0; column < columns_; ++column)
-      allowed_[at(row, column)] = observed[row * columns_ + column] == not_observed ? 1 : 0;
+    set_row(allowed_, row, [observed](std::size_t cell) { return observed[cell] == not_observed; });
 }
 
 /// Opening by squares: what squares of `width` cells inside the differing cells cover.
 std::size_t HiddenParts::find(std::span<const std::uint16_t> image) noexcept {
-  const std::size_t columns = columns_;  // bytes alias members: the loops below would read them again for each
-  for (std::size_t row = 0; row < rows_; ++row) {
-    const std::uint16_t* filled = &image[row * columns];
-    const std::uint8_t* empty = &empty_[at(row, 0)];
-    std::uint8_t* differing = &differing_[at(row, 0)];
-    for (std::size_t column = 0; column < columns; ++column)
-      differing[column] = static_cast<std::uint8_t>((filled[column] != empty_cell) & empty[column]);
+  static_assert(width == 5);
+  const std::uint16_t* const filled = image.data();
+  for (std::size_t row = 0; row < rows_; ++row)
+    set_row(parts_, row, [filled](std::size_t cell) { return filled[cell] != empty_cell; });
+  const std::size_t begin = at(0), end = at(rows_), below = words_;
+  std::uint64_t* const parts = parts_.data();
+  for (std::size_t i = begin; i < end; ++i) parts[i] &= empty_[i];
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::uint64_t bits = parts[i], next = parts[i + 1];
+    parts[i] = bits & (bits >> 1 | next << 63) & (bits >> 2 | next << 62) & (bits >> 3 | next << 61) &
+               (bits >> 4 | next << 60);
   }
-  const auto both = [](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a & b); };
-  const auto either = [](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a | b); };
-  const auto down = static_cast<std::ptrdiff_t>(stride_);
-  combine_five(differing_, 1, pairs_, along_row_, both);
-  combine_five(along_row_, down, pairs_, parts_, both);
-  combine_five(parts_, -1, pairs_, along_row_, either);
-  combine_five(along_row_, -down, pairs_, parts_, either);
-  if (are_known_) std::ranges::transform(parts_, allowed_, parts_.begin(), both);
+  std::uint64_t any = 0;
+  for (std::size_t i = begin; i < end; ++i)
+    any |= parts[i] &= parts[i + below] & parts[i + 2 * below] & parts[i + 3 * below] & parts[i + 4 * below];
+  if (any == 0) return 0;
+  for (std::size_t i = end; i-- > begin;)
+    parts[i] |= parts[i - below] | parts[i - 2 * below] | parts[i - 3 * below] | parts[i - 4 * below];
   std::size_t count = 0;
-  for (std::size_t row = 0; row < rows_; ++row) {
-    const std::uint8_t* part = &parts_[at(row, 0)];
-    std::uint16_t in_row = 0;  // half as many lanes as bytes, not an eighth
-    for (std::size_t column = 0; column < columns; ++column) in_row = static_cast<std::uint16_t>(in_row + part[column]);
-    count += in_row;
+  for (std::size_t i = end; i-- > begin;) {
+    const std::uint64_t bits = parts[i], last = parts[i - 1];
+    parts[i] = bits | bits << 1 | last >> 63 | bits << 2 | last >> 62 | bits << 3 | last >> 61 | bits << 4 | last >> 60;
+    if (are_known_) parts[i] &= allowed_[i];
+    if (parts[i] != 0) count += static_cast<std::size_t>(std::popcount(parts[i]));
   }
   return count;
 }

@@ -6,6 +6,8 @@
 #include "runtime/src/depth/image_comparison.hpp"
 #include "runtime/src/depth/shape_history.hpp"
 
+#include <bit>
+
 namespace lbea {
 
 /// What something may hide of a frame: where a sample's image is filled over at least five rows and columns and the
@@ -24,20 +26,25 @@ class HiddenParts {
   template <class Visit>
   void visit(const Visit& visit) const noexcept {
     for (std::size_t row = 0; row < rows_; ++row)
-      for (std::size_t column = 0; column < columns_; ++column)
-        if (parts_[at(row, column)] != 0) visit(row * columns_ + column);
+      for (std::size_t word = 0; word < words_; ++word)
+        for (std::uint64_t bits = parts_[at(row) + word]; bits != 0; bits &= bits - 1)
+          visit(row * columns_ + word * bits_of_word + static_cast<std::size_t>(std::countr_zero(bits)));
   }
 
  private:
   static constexpr std::size_t width = 2 * Surroundings::reach + 1, margin = width - 1;  // cells
-  [[nodiscard]] std::size_t at(std::size_t row, std::size_t column) const noexcept {
-    return (row + margin) * stride_ + margin + column;
-  }
+  static constexpr std::size_t bits_of_word = 64;
+  /// The first word of a row.
+  [[nodiscard]] std::size_t at(std::size_t row) const noexcept { return (row + margin) * words_; }
+  /// Sets the bits of a row where `is_set` holds.
+  template <class IsSet>
+  void set_row(std::vector<std::uint64_t>& into, std::size_t row, const IsSet& is_set) noexcept;
 
-  std::size_t columns_, rows_, stride_;
+  std::size_t columns_, rows_, words_;  // words: of a row and the margin after it
   bool are_known_ = false;
-  // Per cell 1 or 0. Margins of zeros before and after all rows and columns; those beside a row and the next are one
-  std::vector<std::uint8_t> empty_, allowed_, differing_, pairs_, along_row_, parts_;
+  std::vector<std::uint8_t> in_row_;  // per cell of a row 1 or 0
+  // A bit per cell. Margins of zeros before and after all rows and after all columns
+  std::vector<std::uint64_t> empty_, allowed_, parts_;
 };
 
 /// Where something hid the component in the earlier frames of a test. It usually stays where it is, so that parts which

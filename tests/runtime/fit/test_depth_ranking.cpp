@@ -196,6 +196,40 @@ TEST_CASE("only parts at least five cells wide may be hidden, at the image's edg
   CHECK(found(3, 0, 0, 0) == 0);  // nothing of the frames before remains
 }
 
+TEST_CASE("hidden parts are the union of all squares of five cells that only the sample fills") {
+  std::mt19937 random(1);
+  for (const std::uint32_t columns : {4u, 5u, 59u, 60u, 61u, 63u, 64u, 65u, 68u, 130u}) {
+    CAPTURE(columns);
+    DepthCamera camera;
+    camera.columns = columns;
+    camera.rows = 13;
+    const std::size_t rows = camera.rows;
+    std::vector<std::uint16_t> image(padded_cells(camera), 100);
+    std::vector<float> observed(padded_cells(camera), nothing_seen);
+    for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
+      if (random() % 40 == 0) image[cell] = empty_cell;
+      if (random() % 40 == 0) observed[cell] = 100;
+    }
+    std::vector<bool> expected(camera.cells());
+    for (std::size_t row = 0; row + 5 <= rows; ++row)
+      for (std::size_t column = 0; column + 5 <= columns; ++column) {
+        const auto all = [&](const auto& holds) {
+          for (std::size_t i = 0; i < 25; ++i)
+            if (!holds((row + i / 5) * columns + column + i % 5)) return false;
+          return true;
+        };
+        if (all([&](std::size_t cell) { return image[cell] != empty_cell && observed[cell] < 0; }))
+          static_cast<void>(all([&](std::size_t cell) { return expected[cell] = true; }));
+      }
+    HiddenParts parts(camera);
+    parts.set_frame(observed);
+    CHECK(parts.find(image) == static_cast<std::size_t>(std::ranges::count(expected, true)));
+    std::vector<bool> found(camera.cells());
+    parts.visit([&](std::size_t cell) { found[cell] = true; });
+    CHECK(found == expected);
+  }
+}
+
 // The edge of a hidden part is no silhouette. Before hidden parts were found per sample, the second sample, which ends
 // there but lies elsewhere, was the best one: two columns of 5 x 25^2 against 10 x 5 x 5^2.
 TEST_CASE("a sample that continues behind what hides it is better than one that ends there and fits less") {
