@@ -6,6 +6,7 @@
 
 #include <lbea/lbea.hpp>
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,6 +29,14 @@ struct RigResult : FitNumbers, FrameNumbers {
   /// both have seen in this test. 0 until then, and for clocks that differ by less than the interval between states or
   /// by more than a simulation lasts.
   std::int64_t clock_correction_ns = 0;
+};
+
+/// Threads of the caller that share the work of a capture.
+struct RigThreads {
+  /// Calls part(work, i) for each i < parts, on any threads, and returns when all have returned. Must not throw.
+  void (*run)(void* threads, std::size_t parts, void (*part)(const void* work, std::size_t i),
+              const void* work) = nullptr;
+  void* threads = nullptr;
 };
 
 /// One per test stand. Owns all scratch memory and what the frames of the test have shown so far; see
@@ -55,6 +64,8 @@ class LBEA_API RigMatcher {
   /// Of the last capture.
   [[nodiscard]] std::span<const RigResult> rigs() const noexcept;
 
+  /// combine() divides what it does rig by rig among these threads; the results are the same. Call it between captures.
+  void use_threads(const RigThreads& threads) noexcept;
   /// The poses are exact: their errors are neither estimated nor corrected. Call it between captures.
   void fix_poses() noexcept;
   /// The stamp of the impact, by the clock that the offsets lead to, is known, also for later tests.

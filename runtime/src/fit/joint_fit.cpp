@@ -30,12 +30,15 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       promising_(DepthRanking::most_promising),
       costs_(model, regression_),
       compared_(std::min<std::size_t>(rigs * promising_.capacity(), model.info.samples)),
+      squares_(rigs * compared_.size()),
       best_(most_candidates(settings, runs_.size(), model.info.samples)),
       candidates_(best_.capacity()),
       alone_(best_.capacity()),
-      states_(std::max<std::size_t>(best_.capacity(), settings.most_combined())),
-      of_rig_(best_.capacity()),
+      states_of_rig_(std::max<std::size_t>(best_.capacity(), settings.most_combined())),
+      states_(rigs * states_of_rig_),
+      of_rig_(rigs * best_.capacity()),
       gram_(best_.capacity() * best_.capacity()),
+      rig_gram_(rigs * gram_.size()),
       pose_gram_(gram_.size()),
       estimate_(model, regression, best_.capacity(), settings),
       weights_(model, best_.capacity(), max_matches, noise, settings) {}
@@ -58,18 +61,21 @@ SurfaceFit JointFitter::fit(std::span<const RigEvidence> rigs, const FrameExpect
 }
 
 void JointFitter::correct(SurfaceFit& result) noexcept {
-  SurfaceCorrection& correction = rigs_.front().fitter->correction();
-  correction.begin(estimate_);
-  for (const RigEvidence& rig : rigs_) {
-    SurfaceCorrection::Observation seen = rig.fitter->observation(*rig.index);
-    if (rig.later_s != 0) {
-      const auto states = std::span(states_).first(estimate_.numbers().size());
+  const std::size_t samples = estimate_.numbers().size();
+  side_by_side(rigs_.size(), [&](std::size_t rig) {
+    const auto& [fitter, index, later_s] = rigs_[rig];
+    SurfaceCorrection::Observation seen = fitter->observation(*index);
+    if (later_s != 0) {
+      const auto states = std::span(states_).subspan(rig * states_of_rig_, samples);
       std::ranges::transform(estimate_.numbers(), states.begin(),
-                             [&](std::uint32_t sample) { return state_at(sample, rig.later_s); });
+                             [&, later = later_s](std::uint32_t sample) { return state_at(sample, later); });
       seen.states = states;
     }
-    correction.add(seen);
-  }
+    fitter->correction().begin(estimate_);
+    fitter->correction().add(seen);
+  });
+  SurfaceCorrection& correction = rigs_.front().fitter->correction();
+  for (const RigEvidence& rig : rigs_.subspan(1)) correction.join(rig.fitter->correction());
   const auto weights = correction.solve();
   if (weights.empty()) return;
   estimate_.reweigh(weights);
@@ -99,12 +105,23 @@ void JointFitter::propose() noexcept {
 
 /// By the mean square over the cells of all images.
 void JointFitter::rank(const FrameExpectation* expected) noexcept {
-  for (const RigEvidence& rig : rigs_) rig.fitter->compare_again();
   const auto proposed = std::span(proposed_).first(compared_count_);
+  side_by_side(rigs_.size(), [&](std::size_t rig) {
+    const auto& [fitter, index, later_s] = rigs_[rig];
+    fitter->compare_again();
+    for (std::size_t i = 0; i < proposed.size(); ++i)
+      squares_[rig * compared_.size() + i] = squares_of(*fitter, nearest_at(proposed[i].sample, later_s));
+  });
   costs_.assess(proposed, expected);
   float least = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < compared_count_; ++i) {
-    compared_[i] = {proposed[i].sample, mean_square(proposed[i].sample)};
+  for (std::size_t i = 0; i < proposed.size(); ++i) {
+    float squares = 0, cells = 0;
+    for (std::size_t rig = 0; rig < rigs_.size(); ++rig) {
+      const SquareSums& sums = squares_[rig * compared_.size() + i];
+      squares += sums.squares + sums.hidden;
+      cells += sums.cells;
+    }
+    compared_[i] = {proposed[i].sample, squares / cells};
     least = std::min(least, compared_[i].distance);
   }
   price_per_cost_ = (least + noise_) / settings_.sharpness;
@@ -119,16 +136,6 @@ SquareSums JointFitter::squares_of(SurfaceFitter& fitter, std::uint32_t sample) 
   SquareSums sums = fitter.squares_of(sample);
   if (!is_hidden_) sums.hidden = 0;
   return sums;
-}
-
-float JointFitter::mean_square(std::uint32_t sample) noexcept {
-  float squares = 0, cells = 0;
-  for (const auto& [fitter, index, later_s] : rigs_) {
-    const SquareSums sums = squares_of(*fitter, nearest_at(sample, later_s));
-    squares += sums.squares + sums.hidden;
-    cells += sums.cells;
-  }
-  return squares / cells;
 }
 
 /// Part of the best one's mean square: see CandidateSearch.
@@ -156,31 +163,39 @@ void JointFitter::set_candidates() noexcept {
 
 void JointFitter::compare() noexcept {
   const auto ranked = best_.ranked();
+  const std::size_t all = ranked.size(), k = std::min<std::size_t>(all, settings_.candidates);
+  const auto of_rig = [&](std::size_t rig) { return std::span(rig_gram_).subspan(rig * gram_.size(), all * all); };
+  side_by_side(rigs_.size(), [&](std::size_t rig) {
+    ImageResiduals& residuals = rigs_[rig].fitter->residuals();
+    const auto states = std::span(states_).subspan(rig * states_of_rig_, all);
+    std::ranges::transform(ranked, states.begin(),
+                           [&](const RankedSample& one) { return state_at(one.sample, rigs_[rig].later_s); });
+    residuals.compare(states, is_hidden_);
+    std::ranges::fill(of_rig(rig), 0.0f);
+    residuals.add_products(1, of_rig(rig));
+  });
   cells_ = 0;
-  for (const auto& [fitter, index, later_s] : rigs_) {
-    std::ranges::transform(ranked, states_.begin(),
-                           [&, later = later_s](const RankedSample& one) { return state_at(one.sample, later); });
-    fitter->residuals().compare(std::span(states_).first(ranked.size()), is_hidden_);
-    cells_ += fitter->residuals().filled();
+  for (const RigEvidence& rig : rigs_) cells_ += rig.fitter->residuals().filled();
+  std::ranges::fill(gram_, 0.0f);
+  for (std::size_t rig = 0; rig < rigs_.size(); ++rig) {
+    const float scale = square(rigs_[rig].fitter->images().camera.depth_step) / cells_;
+    for (std::size_t i = 0; i < all * all; ++i) gram_[i] += scale * of_rig(rig)[i];
   }
-  const auto gram = std::span(gram_).first(ranked.size() * ranked.size());
-  std::ranges::fill(gram, 0.0f);
-  for (const RigEvidence& rig : rigs_)
-    rig.fitter->residuals().add_products(square(rig.fitter->images().camera.depth_step) / cells_, gram);
+  for (std::size_t i = 0; i < k; ++i) std::copy_n(&gram_[i * all], k, &pose_gram_[i * k]);
   estimate_.begin(problem());
 }
 
 /// By as many candidates as for one rig: more of them take longer and give no better pose.
-const PoseBelief& JointFitter::pose_of(const RigEvidence& rig, const PoseBelief& prior) noexcept {
-  const std::size_t all = best_.ranked().size(), k = std::min<std::size_t>(all, settings_.candidates);
-  for (std::size_t i = 0; i < k; ++i) std::copy_n(&gram_[i * all], k, &pose_gram_[i * k]);
-  EstimateProblem of_rig = problem();
-  std::ranges::transform(best_.ranked().first(k), of_rig_.begin(), [&](const RankedSample& one) {
-    return RankedSample{nearest_at(one.sample, rig.later_s), one.distance};
+const PoseBelief& JointFitter::pose_of(std::size_t rig, const PoseBelief& prior) noexcept {
+  const std::size_t k = std::min<std::size_t>(best_.ranked().size(), settings_.candidates);
+  const auto samples = std::span(of_rig_).subspan(rig * best_.capacity(), k);
+  std::ranges::transform(best_.ranked().first(k), samples.begin(), [&](const RankedSample& one) {
+    return RankedSample{nearest_at(one.sample, rigs_[rig].later_s), one.distance};
   });
-  of_rig.samples = std::span(of_rig_).first(k);
+  EstimateProblem of_rig = problem();
+  of_rig.samples = samples;
   of_rig.gram = std::span(pose_gram_).first(k * k);
-  return rig.fitter->pose_by(of_rig, estimate_.from_best().first(k), cells_, prior);
+  return rigs_[rig].fitter->pose_by(of_rig, estimate_.from_best().first(k), cells_, prior);
 }
 
 EstimateProblem JointFitter::problem() const noexcept {

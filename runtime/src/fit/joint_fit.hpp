@@ -4,6 +4,8 @@
 #include "runtime/src/fit/surface_fit.hpp"
 #include "runtime/src/model/run_samples.hpp"
 
+#include <lbea/rigs.hpp>
+
 namespace lbea {
 
 /// What a rig shows of a capture: its frame, fitted alone.
@@ -27,8 +29,19 @@ class JointFitter {
   /// time, bound and verdict remain those of the uncorrected estimate, as with one rig. Does not allocate.
   void correct(SurfaceFit& result) noexcept;
 
-  /// The motion that a rig's frame lacks, given the prior and the frames of all rigs. Does not allocate.
-  [[nodiscard]] const PoseBelief& pose_of(const RigEvidence& rig, const PoseBelief& prior) noexcept;
+  /// The motion that the frame of a rig, by its place in the evidence, lacks, given the prior and the frames of all
+  /// rigs. Threads with different rigs may call it at the same time. Does not allocate.
+  [[nodiscard]] const PoseBelief& pose_of(std::size_t rig, const PoseBelief& prior) noexcept;
+
+  /// fit() and correct() divide what they do rig by rig among these threads.
+  void use(const RigThreads& threads) noexcept { threads_ = threads; }
+  /// Calls part(i) for each i < parts, on these threads.
+  template <class Part>
+  void side_by_side(std::size_t parts, const Part& part) const noexcept {
+    const auto call = [](const void* work, std::size_t i) { (*static_cast<const Part*>(work))(i); };
+    if (threads_.run != nullptr && parts > 1) return threads_.run(threads_.threads, parts, call, &part);
+    for (std::size_t i = 0; i < parts; ++i) part(i);
+  }
 
   /// As those of SurfaceFitter.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return weights_.matches(); }
@@ -48,7 +61,6 @@ class JointFitter {
   void propose() noexcept;
   void rank(const FrameExpectation* expected) noexcept;
   [[nodiscard]] SquareSums squares_of(SurfaceFitter& fitter, std::uint32_t sample) const noexcept;
-  [[nodiscard]] float mean_square(std::uint32_t sample) noexcept;
   [[nodiscard]] float not_residual(std::uint32_t best) noexcept;
   void set_candidates() noexcept;
   void compare() noexcept;
@@ -60,6 +72,7 @@ class JointFitter {
   [[nodiscard]] StateBetween state_at(std::uint32_t sample, double later_s) const noexcept;
   [[nodiscard]] std::uint32_t nearest_at(std::uint32_t sample, double later_s) const noexcept;
 
+  RigThreads threads_;
   const ModelView& model_;
   ShapeRegression regression_;
   FitSettings settings_;
@@ -75,14 +88,17 @@ class JointFitter {
   BestSamples promising_;  // of a rig's proposals
   ExpectationCosts costs_;
   std::vector<RankedSample> compared_;
-  BestSamples best_;  // distance: mean square, length unit squared, and the price of the cost
+  std::vector<SquareSums> squares_;  // per rig, of those in compared_
+  BestSamples best_;                 // distance: mean square, length unit squared, and the price of the cost
   float price_per_cost_ = 0;
   std::vector<Match> candidates_;
   std::vector<float> alone_;  // per candidate: residual without the cost
-  std::vector<StateBetween> states_;
-  std::vector<RankedSample> of_rig_;     // the candidates at the time of a rig's frame
-  std::vector<float> gram_, pose_gram_;  // pose_gram_: of the best of them
-  float cells_ = 0;                      // that its means are over
+  std::size_t states_of_rig_;
+  std::vector<StateBetween> states_;  // per rig
+  std::vector<RankedSample> of_rig_;  // per rig, the candidates at the time of its frame
+  // rig_gram_: per rig, squared depth steps; pose_gram_: of the best candidates
+  std::vector<float> gram_, rig_gram_, pose_gram_;
+  float cells_ = 0;  // that its means are over
   ShapeEstimate estimate_;
   std::array<float, ShapeRegression::shape_scores> scores_{};  // predicted
   CandidateWeights weights_;

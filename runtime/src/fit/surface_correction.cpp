@@ -1,6 +1,7 @@
 #include "runtime/src/fit/surface_correction.hpp"
 
 #include <cstring>
+#include <functional>
 #include <numeric>
 
 namespace lbea {
@@ -131,6 +132,15 @@ void SurfaceCorrection::add(const Observation& seen) noexcept {
   Shift& shift = shifts_[rigs_];
   shift.samples = &of_shifts_[3 * rigs_++ * estimate_->samples().size()];
   add_products(shift);
+}
+
+void SurfaceCorrection::join(const SurfaceCorrection& other) noexcept {
+  if (other.rigs_ == 0) return;
+  all_measured_ += other.all_measured_;
+  squares_ += other.squares_;
+  std::ranges::transform(gram_, other.gram_, gram_.begin(), std::plus<>{});
+  std::ranges::transform(products_, other.products_, products_.begin(), std::plus<>{});
+  shifts_[rigs_++] = other.shifts_[0];
 }
 
 std::span<const float> SurfaceCorrection::solve() noexcept {

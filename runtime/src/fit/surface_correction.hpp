@@ -41,6 +41,8 @@ class SurfaceCorrection {
   /// Adds the frame of a rig: the distances of the estimate's surface from planes through the points that the camera
   /// sees at the same places (Chen and Medioni 1992). Does not allocate.
   void add(const Observation& seen) noexcept;
+  /// Adds the frame of another rig, which `other` was begun with, of the same estimate. Does not allocate.
+  void join(const SurfaceCorrection& other) noexcept;
   /// Weights of the estimate's samples, whose sum is 1, that bring its observed surface nearer to the points of all
   /// frames: a Gauss-Newton step on these distances, regularized by ridge regression about the estimate, with a shift
   /// of the whole component per rig as a nuisance. Empty if the frames show nothing near the estimate. Valid until the

@@ -75,20 +75,23 @@ MatchResult RigMatcher::State::combine() noexcept {
 
 /// By all rigs' frames instead of each one's own. Returns whether a pose changed, so that its frame was matched again.
 bool RigMatcher::State::move_poses() noexcept {
-  bool has_moved = false;
-  for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
-    Matcher::State& matcher = *matchers[rig];
-    if (!results[rig].is_used || matcher.pose == nullptr) continue;
-    matcher.pose->reconsider(poses_before[rig]);  // a frame is one measurement, however often it is matched
-    const double since_impact = fitter.time().mean_s - joint_history.impact_s;
-    const PoseBelief posterior = fitter.pose_of(evidence[captures[rig].place], matcher.pose->prior());
-    if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact)) continue;
-    MatchResult alone;
-    if (matcher.index_points({captures[rig].frame_id, captures[rig].stamp_ns, captures[rig].points}, alone))
-      matcher.fit(alone);
-    has_moved = true;
-  }
-  return has_moved;
+  std::array<bool, most_rigs> has_moved{};
+  fitter.side_by_side(matchers.size(),
+                      [&](std::size_t rig) { has_moved[rig] = results[rig].is_used && move_pose(rig); });
+  return std::ranges::find(has_moved, true) != has_moved.end();
+}
+
+bool RigMatcher::State::move_pose(std::size_t rig) noexcept {
+  Matcher::State& matcher = *matchers[rig];
+  if (matcher.pose == nullptr) return false;
+  matcher.pose->reconsider(poses_before[rig]);  // a frame is one measurement, however often it is matched
+  const double since_impact = fitter.time().mean_s - joint_history.impact_s;
+  const PoseBelief posterior = fitter.pose_of(captures[rig].place, matcher.pose->prior());
+  if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact)) return false;
+  MatchResult alone;
+  if (matcher.index_points({captures[rig].frame_id, captures[rig].stamp_ns, captures[rig].points}, alone))
+    matcher.fit(alone);
+  return true;
 }
 
 /// The earliest time since the impact, at the stamp of the lead, of the rigs that know one; minus infinity: none does.
@@ -239,6 +242,7 @@ void RigMatcher::match_alone(std::size_t rig, const Frame& frame) noexcept {
 }
 MatchResult RigMatcher::combine() noexcept { return state_->combine(); }
 std::span<const RigResult> RigMatcher::rigs() const noexcept { return state_->results; }
+void RigMatcher::use_threads(const RigThreads& threads) noexcept { state_->fitter.use(threads); }
 void RigMatcher::fix_poses() noexcept {
   for (HistoryState& history : state_->histories) {
     history.estimates_pose = false;

@@ -7,6 +7,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
 #include <cmath>
 #include <thread>
 
@@ -306,6 +309,47 @@ TEST_CASE("in two steps, by two threads, a capture gives the same as in one") {
     CHECK(result.fit.residual == expected.fit.residual);
     CHECK(std::ranges::equal(result.coefficients, expected.coefficients));
   }
+}
+
+// One rig is hidden in part or sees the plate later, and poses are estimated: each step that is divided has work to do.
+TEST_CASE("combine() gives the same bits on threads, and all of them have a part") {
+  const PosedRigs two;
+  RigMatcher alone(two.model, fit_config(), two.rigs), divided(two.model, fit_config(), two.rigs);
+  std::array<std::atomic<int>, 2> parts{};
+  RigThreads threads;
+  threads.threads = &parts;
+  threads.run = [](void* counts, std::size_t count, void (*part)(const void*, std::size_t), const void* work) {
+    std::vector<std::thread> started;
+    for (std::size_t i = 0; i < count; ++i)
+      started.emplace_back([=] {
+        ++(*static_cast<std::array<std::atomic<int>, 2>*>(counts))[i];
+        part(work, i);
+      });
+    for (std::thread& thread : started) thread.join();
+  };
+  divided.use_threads(threads);
+  const auto same = [](std::span<const float> a, std::span<const float> b) {
+    return std::ranges::equal(a, b, {}, std::bit_cast<std::uint32_t, float>, std::bit_cast<std::uint32_t, float>);
+  };
+  for (std::uint32_t sample = 8; sample < 16; ++sample) {
+    CAPTURE(sample);
+    const std::vector<float> positions = positions_of(two.model, sample);
+    auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+    for (Point& p : above) p.x += sample < 11 ? 3.0f : 0.0f;
+    if (sample == 10 || sample == 13) std::erase_if(below, [](const Point& p) { return p.x > 0 && p.y > 0; });
+    const std::vector<Frame> frames{at(sample, above), at(sample + (sample % 3 == 0 ? 0.2 : 0), below)};
+    const MatchResult expected = alone.match(frames), result = divided.match(frames);
+    CHECK(same(result.coefficients, expected.coefficients));
+    CHECK(same(
+        std::array{result.fit.residual, result.fit.estimate_residual, result.fit.spread, result.fit.misfit},
+        std::array{expected.fit.residual, expected.fit.estimate_residual, expected.fit.spread, expected.fit.misfit}));
+    REQUIRE(result.fit.estimate.size() == expected.fit.estimate.size());
+    for (std::size_t i = 0; i < result.fit.estimate.size(); ++i)
+      CHECK(same(std::array{result.fit.estimate[i].weight}, std::array{expected.fit.estimate[i].weight}));
+    for (const std::size_t rig : {0u, 1u}) CHECK(divided.pose_correction(rig) == alone.pose_correction(rig));
+  }
+  CHECK(divided.pose_correction(0) != identity_transform);
+  for (const std::atomic<int>& of_thread : parts) CHECK(of_thread > 8);
 }
 
 TEST_CASE("each rig's pose error is found and corrected; one frame is one measurement") {

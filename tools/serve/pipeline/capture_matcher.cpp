@@ -47,7 +47,10 @@ CaptureMatcher::CaptureMatcher(const PipelineConfig& config, RigEngine& engine, 
       is_finished_(queues.frames.capacity()),
       threads_(config.rigs.size(), [&config](std::size_t thread) {
         if (config.on_matching_thread) config.on_matching_thread(static_cast<std::uint32_t>(thread));
-      }) {}
+      }) {
+  engine_.use_threads(threads_.for_rigs());
+}
+CaptureMatcher::~CaptureMatcher() { engine_.use_threads({}); }
 
 void CaptureMatcher::run() noexcept {
   if (config_.on_matching_thread) config_.on_matching_thread(0);

@@ -44,6 +44,7 @@ class RigTests {
 class CaptureMatcher {
  public:
   CaptureMatcher(const PipelineConfig& config, RigEngine& engine, PipelineQueues& queues);
+  ~CaptureMatcher();
   /// Runs until the queue of frames is closed and empty.
   void run() noexcept;
   // Any thread:

@@ -51,6 +51,8 @@ class RigEngine : public TestEngine {
   virtual void match_alone(std::size_t rig, const Frame& frame) noexcept = 0;
   /// The spans of the result are valid until the next call.
   virtual MatchResult combine() noexcept = 0;
+  /// combine() divides its work among these threads. Call it between captures.
+  virtual void use_threads(const RigThreads&) noexcept {}
   [[nodiscard]] virtual std::span<const RigResult> rigs() const noexcept = 0;
 };
 
@@ -141,6 +143,7 @@ class ModelRigEngine final : public ModelTest<RigEngine> {
   }
   void match_alone(std::size_t rig, const Frame& frame) noexcept override { matcher_.match_alone(rig, frame); }
   MatchResult combine() noexcept override { return matcher_.combine(); }
+  void use_threads(const RigThreads& threads) noexcept override { matcher_.use_threads(threads); }
   [[nodiscard]] std::span<const RigResult> rigs() const noexcept override { return matcher_.rigs(); }
   /// Without a verdict if the rigs contradict each other.
   const TestState* track(const MatchResult& result) noexcept override {

@@ -23,6 +23,13 @@ void SideBySide::run(std::size_t count, const Part& part) noexcept {
   if (needs_others) end_.arrive_and_wait();
 }
 
+RigThreads SideBySide::for_rigs() noexcept {
+  return {[](void* threads, std::size_t parts, void (*part)(const void*, std::size_t), const void* work) {
+            static_cast<SideBySide*>(threads)->run(parts, [part, work](std::size_t i) { part(work, i); });
+          },
+          this};
+}
+
 void SideBySide::do_parts_of(std::size_t thread) const noexcept {
   for (std::size_t i = thread; i < count_; i += threads()) (*part_)(i);
 }

@@ -3,6 +3,8 @@
 
 #include "tools/shared/matching/barrier.hpp"
 
+#include <lbea/rigs.hpp>
+
 #include <cstddef>
 #include <functional>
 #include <thread>
@@ -23,6 +25,8 @@ class SideBySide {
   /// Calls part(0) to part(count - 1), each on its own thread as far as there are enough, and returns when all have
   /// ended. Parts must not throw.
   void run(std::size_t count, const Part& part) noexcept;
+  /// The same for a RigMatcher, which must not use them any more when this ends.
+  [[nodiscard]] RigThreads for_rigs() noexcept;
 
  private:
   void work(std::size_t number, const Part& on_start);

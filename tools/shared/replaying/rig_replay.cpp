@@ -22,6 +22,7 @@ RigReplay::RigReplay(const Model& model, const RunSettings& settings, const std:
               {true, settings.estimates_pose != 0, settings.knows_impact != 0}),
       threads_(std::min<std::size_t>(settings.rigs.size(), threads)),
       decoder_(wire::WireLimits{.max_points = settings.matcher.max_points}) {
+  engine_.use_threads(threads_.for_rigs());
   for (const RigSettings& rig : settings.rigs) rigs_.emplace(rig.name, rigs_.size());
   for (const RecordedCapture& capture : fates.captures()) {
     if (!fates.has_frame(capture.key)) continue;  // one is outside the recorded window, or was lost
