@@ -4,12 +4,16 @@
 #include "tools/shared/cli/method_names.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/log.hpp"
+#include "tools/shared/recording/rig_settings.hpp"
+
+#include <utility>
 
 namespace lbea::tool {
 namespace {
 
 struct Options {
   std::string file, range;
+  std::vector<std::string> poses;
   bool json = false;
   SocketReplayOptions socket;
   ModelReplayOptions model;
@@ -53,8 +57,10 @@ void add_matching_options(Tool& tool, Options& options, Option* model) {
   tool.add_option("--threads", options.model.threads, "with --model")->check(in_range(1u, 256u));
   tool.add_choice("--method", settings.method, method_names, "with --model: instead of the recorded method")
       ->needs(model);
-  auto* pose = tool.add_option("--pose", settings.pose_file, "with --model: sensor.json instead of the recorded one")
-                   ->check(existing_file())
+  auto* pose = tool.add_option("--pose", options.poses,
+                               "with --model: sensor.json instead of the recorded one; of a recording of several rigs "
+                               "NAME=FILE, for each that gets another one")
+                   ->repeatable()
                    ->needs(model);
   tool.add_flag("--no-pose", settings.without_pose,
                 "with --model: frames are in the reference's coordinates, as for lbea-serve without --pose")
@@ -92,6 +98,13 @@ void add_options(Tool& tool, Options& options) {
   tool.add_flag("--json", options.json, "print as JSON");
 }
 
+/// To the rigs of the recording.
+void assign_poses(const std::vector<RigSettings>& rigs, const std::vector<std::string>& poses,
+                  SettingsOptions& settings) {
+  settings.rig_pose_files = pose_files(values_per_recorded_rig(rigs, "--pose", "FILE", poses));
+  if (rigs.empty()) settings.pose_file = std::exchange(settings.rig_pose_files, {}).front();
+}
+
 void require_destination(const Options& options) {
   if (options.socket.to.empty() && options.model.model_files.empty())
     throw WrongUsage("no destination. Give --to ENDPOINT or --model MODEL");
@@ -115,6 +128,7 @@ int replay(Options options) {
   model.settings.model_file = model.model_files.front();
   model.settings.recording = options.file;
   model.settings.needs_all = model.compares;
+  assign_poses(run.settings().rigs, options.poses, model.settings);
   return replay_into_model(run, part, model) ? exit_ok : exit_failed;
 }
 

@@ -106,12 +106,17 @@ bool match_part(RecordedRun& run, const Part& part, std::int64_t history_ns, con
   return true;
 }
 
-std::vector<SensorViews> views_of_rigs(const RunSettings& settings, const Model& model, const std::string& file) {
+std::vector<SensorViews> views_of_rigs(const RunSettings& settings, const Model& model,
+                                       const SettingsOptions& options) {
   std::vector<SensorViews> views;
-  for (const RigSettings& rig : settings.rigs) {
+  for (std::size_t i = 0; i < settings.rigs.size(); ++i) {
+    const RigSettings& rig = settings.rigs[i];
     MatcherConfig config = settings.matcher;
     config.T_reference_sensor = rig.T_reference_sensor;
-    views.push_back(views_for(config, model, rig.sensor_json, file + " (sensor.json of rig " + rig.name + ")"));
+    const std::string file = options.rig_pose_files[i].empty()
+                                 ? options.recording + " (sensor.json of rig " + rig.name + ")"
+                                 : options.rig_pose_files[i];
+    views.push_back(views_for(config, model, rig.sensor_json, file));
   }
   return views;
 }
@@ -214,7 +219,7 @@ bool match_again(RecordedRun& run, const Part& part, const ModelReplayOptions& o
   const Model& model = components.front().model;
   const std::string &recording = options.settings.recording, &pose_file = options.settings.pose_file;
   if (!settings.rigs.empty()) {
-    const std::vector<SensorViews> views = views_of_rigs(settings, model, recording);
+    const std::vector<SensorViews> views = views_of_rigs(settings, model, options.settings);
     RigReplay replay(model, settings, views, fates, options.threads);
     const bool is_done = match_captures(run, part, replay, handle);
     dropped = replay.left_out();

@@ -172,21 +172,16 @@ std::vector<RigEndpoint> endpoints_of(const std::vector<std::string>& to, const 
       throw WrongUsage("--to " + to.front() + ": the recording has the frames of one rig; give --to ENDPOINT");
     return {{"", to.front()}};
   }
-  std::vector<std::string> names;
-  std::string listed;
-  for (const RigSettings& rig : rigs) {
-    names.push_back(rig.name);
-    listed += (listed.empty() ? "" : ", ") + rig.name;
-  }
-  const auto values = values_per_rig(names, {"--to", "ENDPOINT", "a rig of the recording: " + listed}, to);
+  const auto values = values_per_recorded_rig(rigs, "--to", "ENDPOINT", to);
   std::vector<RigEndpoint> endpoints;
   std::vector<std::pair<std::string, std::string>> options;
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  for (std::size_t i = 0; i < rigs.size(); ++i) {
+    const std::string& name = rigs[i].name;
     if (!values[i] || values[i]->empty())
-      throw WrongUsage("the recording has frames of rig " + names[i] + "; give --to " + names[i] +
+      throw WrongUsage("the recording has frames of rig " + name + "; give --to " + name +
                        "=ENDPOINT too, or match them with --model");
-    endpoints.push_back({names[i], *values[i]});
-    options.emplace_back("--to " + names[i], *values[i]);
+    endpoints.push_back({name, *values[i]});
+    options.emplace_back("--to " + name, *values[i]);
   }
   require_distinct_endpoints(options);
   return endpoints;

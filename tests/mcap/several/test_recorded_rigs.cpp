@@ -141,6 +141,12 @@ TEST_CASE("a rig that is killed costs the other nothing, and is named; without p
   };
   CHECK(contains(refusal(""), "does not contain the pose of rig left"));
   CHECK(contains(refusal(" --frames-alone"), "give --no-pose if lbea-serve had none"));
+  CHECK(contains(refusal(" --pose left=" + rail_pose), "does not contain the pose of rig right"));
+  const Outcome given = rigs.bench.replay(
+      "recorder.mcap --model " LBEA_MODEL " --against --json --pose left=" + rail_pose + " --pose right=" + rail_pose);
+  CAPTURE(given.err);
+  CHECK(given.exit_code == 0);  // the same to the bit
+  CHECK(Json::parse(given.out)["same"] == states);
   CHECK(contains(run_program(LBEA_INSPECT " recorder.mcap", rigs.bench.folder.path()).out,
                  "rig left, pose not recorded, clock offset 0 ns"));
 }

@@ -110,6 +110,44 @@ TEST_CASE("frames of two rigs are sent no sooner than they were recorded, in eac
   }
 }
 
+// Only the pose of the rig that is named changes.
+TEST_CASE("a recording of two rigs is matched with another pose of one of them") {
+  Rigs rigs;
+  RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
+  const std::int64_t begin_ns = wall_clock_ns();
+  for (std::size_t step = 0; step < 4; ++step) {
+    const std::int64_t stamp_ns = begin_ns + static_cast<std::int64_t>(step) * between_states_ns;
+    left.send(clouds()[step], stamp_ns);
+    right.send(clouds()[step], stamp_ns);
+    CHECK(used(rigs.next_of(step)) == Names{"left", "right"});
+  }
+  stop(*rigs.server);
+  // Turned by 180 degrees about the vertical axis through the rail's middle: the frame shows no simulation there.
+  Json sensor = Json::parse(text_of(rail_pose));
+  for (Json* T : {&sensor["T_reference_sensor"], &sensor["sensor"]["T_reference_right"]})
+    for (const std::size_t row : {0u, 1u})
+      for (std::size_t column = 0; column < 4; ++column) {
+        Json& value = (*T)[row][column];
+        value = (row == 0 && column == 3 ? 400.0 : 0.0) - value.get<double>();
+      }
+  std::ofstream(rigs.bench.file("turned.json")) << sensor;
+  const auto used_of_last = [&](const std::string& poses) {
+    const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --json" + poses);
+    CAPTURE(replay.err);
+    REQUIRE(replay.exit_code == 0);
+    const std::size_t before = replay.out.rfind('\n', replay.out.size() - 2);  // the end of the line before the last
+    const Json last = Json::parse(replay.out.substr(before + 1));
+    Names names;
+    for (const Json& rig : last["rigs"])
+      if (rig["is_used"] == true) names.push_back(rig["rig"]);
+    return names;
+  };
+  CHECK(used_of_last("") == Names{"left", "right"});
+  CHECK(used_of_last(" --pose right=" + rail_pose) == Names{"left", "right"});
+  CHECK(used_of_last(" --pose right=turned.json") == Names{"left"});
+  CHECK(used_of_last(" --pose left=turned.json") == Names{"right"});
+}
+
 TEST_CASE("endpoints that are not those of the recorded rigs are refused in a sentence") {
   Rigs rigs;
   RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
@@ -131,6 +169,13 @@ TEST_CASE("endpoints that are not those of the recorded rigs are refused in a se
   CHECK(contains(refusal("--to left=ipc://a --to left=ipc://b", 2), "--to is given twice for left"));
   CHECK(contains(refusal("--to left=ipc://a --to right=ipc://a", 2), "are both \"ipc://a\""));
   CHECK(contains(refusal("--to left=ipc://a --to right=ipc://b", 1), "start lbea-serve with --frames left=ipc://a"));
+
+  const std::string model = "--model " LBEA_MODEL " ";
+  CHECK(contains(refusal(model + "--pose " + rail_pose, 2), "of the recording: left, right"));
+  CHECK(contains(refusal(model + "--pose other=" + rail_pose, 2), "of the recording: left, right"));
+  CHECK(contains(refusal(model + "--pose left=none.json", 2), "none.json is not a file"));
+  CHECK(contains(refusal(model + "--pose left=a.json --pose left=b.json", 2), "--pose is given twice for left"));
+  CHECK(contains(refusal(model + "--no-pose --pose left=" + rail_pose, 2), "--pose"));
 
   Bench bench;
   record(bench, "one.mcap", 1);

@@ -4,22 +4,10 @@
 #include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/intake/rig_options.hpp"
 #include "tools/shared/text/formatted.hpp"
 
 namespace lbea::tool {
 namespace {
-
-/// Gives the values of an option to the rigs that they name.
-template <class Use>
-void assign(std::vector<NamedRig>& rigs, const std::vector<std::string>& texts, const PerRigOption& option,
-            const Use& use) {
-  std::vector<std::string> names;
-  for (const NamedRig& rig : rigs) names.push_back(rig.name);
-  const auto values = values_per_rig(names, option, texts);
-  for (std::size_t i = 0; i < rigs.size(); ++i)
-    if (values[i]) use(rigs[i], *values[i]);
-}
 
 void require_file(const std::string& file) {
   if (!std::filesystem::is_regular_file(io::path_of(file))) throw WrongUsage("--pose: " + file + " is not a file");
@@ -42,13 +30,38 @@ std::vector<NamedRig> read_rigs(const RigOptions& options) {
     rig.name = name;
     rig.endpoint = endpoint;
   }
-  assign(rigs, options.poses, {"--pose", "FILE"}, [](NamedRig& rig, const std::string& file) {
-    require_file(file);
-    rig.pose_file = file;
-  });
-  assign(rigs, options.clock_offsets, {"--clock-offset-ns", "NS"}, set_offset);
+  std::vector<std::string> names;
+  for (const NamedRig& rig : rigs) names.push_back(rig.name);
+  const auto files = pose_files(values_per_rig(names, {"--pose", "FILE"}, options.poses));
+  const auto offsets = values_per_rig(names, {"--clock-offset-ns", "NS"}, options.clock_offsets);
+  for (std::size_t i = 0; i < rigs.size(); ++i) {
+    rigs[i].pose_file = files[i];
+    if (offsets[i]) set_offset(rigs[i], *offsets[i]);
+  }
   if (rigs.size() == 1 && !options.clock_offsets.empty()) throw WrongUsage("--clock-offset-ns needs several rigs");
   return rigs;
+}
+
+std::vector<std::optional<std::string>> values_per_recorded_rig(const std::vector<RigSettings>& rigs,
+                                                                const std::string& option, const std::string& value,
+                                                                const std::vector<std::string>& texts) {
+  if (rigs.empty()) return values_per_rig({""}, {option, value}, texts);
+  std::vector<std::string> names;
+  std::string listed;
+  for (const RigSettings& rig : rigs) {
+    names.push_back(rig.name);
+    listed += (listed.empty() ? "" : ", ") + rig.name;
+  }
+  return values_per_rig(names, {option, value, "a rig of the recording: " + listed}, texts);
+}
+
+std::vector<std::string> pose_files(const std::vector<std::optional<std::string>>& values) {
+  std::vector<std::string> files;
+  for (const auto& file : values) {
+    if (file) require_file(*file);
+    files.push_back(file.value_or(""));
+  }
+  return files;
 }
 
 void read_poses(std::vector<NamedRig>& rigs, std::string_view length_unit) {

@@ -1,6 +1,7 @@
 // The rigs that a program takes frames from: their options and poses.
 #pragma once
 
+#include "tools/shared/intake/rig_options.hpp"
 #include "tools/shared/recording/recording_format.hpp"
 
 namespace lbea::tool {
@@ -17,6 +18,13 @@ struct NamedRig : RigSettings {
 /// Throws WrongUsage unless there is one rig, or each of several has its own name and endpoint, and poses and offsets
 /// are those of rigs.
 [[nodiscard]] std::vector<NamedRig> read_rigs(const RigOptions& options);
+/// An option's value for each of a recording's rigs; one without a name if it has one rig. See values_per_rig().
+[[nodiscard]] std::vector<std::optional<std::string>> values_per_recorded_rig(const std::vector<RigSettings>& rigs,
+                                                                              const std::string& option,
+                                                                              const std::string& value,
+                                                                              const std::vector<std::string>& texts);
+/// The files of --pose, empty where there is none. Throws WrongUsage for what is no file.
+[[nodiscard]] std::vector<std::string> pose_files(const std::vector<std::optional<std::string>>& values);
 /// Reads the poses and descriptions from their files; length_unit: that they must have, unless empty. Throws
 /// Error{file_not_found | bad_input}.
 void read_poses(std::vector<NamedRig>& rigs, std::string_view length_unit = {});

@@ -79,8 +79,14 @@ void complete_method(RunSettings& settings, const SettingsOptions& options) {
 }
 
 // Only lbea-serve records the pose, and whether its error was estimated.
-void complete_pose(RunSettings& settings, const SettingsOptions& options) {
+void complete_pose(RunSettings& settings, const SettingsOptions& options, std::string_view length_unit) {
   if (is_of_recorder(settings)) settings.estimates_pose = has_estimated_pose(options.recording) ? 1 : 0;
+  for (std::size_t i = 0; i < options.rig_pose_files.size(); ++i) {
+    const std::string& file = options.rig_pose_files[i];
+    if (file.empty()) continue;
+    settings.rigs[i].T_reference_sensor = io::read_pose(file, length_unit);
+    settings.rigs[i].sensor_json = io::as_text(io::read_file(file));
+  }
   if (!options.pose_file.empty()) {
     settings.matcher.T_reference_sensor = io::read_pose(options.pose_file);
     settings.sensor_json = io::as_text(io::read_file(options.pose_file));
@@ -95,8 +101,8 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
     for (const RigSettings& rig : settings.rigs)
       if (rig.sensor_json.empty())
         throw Error(Status::bad_config, options.recording + ": the recording does not contain the pose of rig " +
-                                            rig.name + ", because lbea-record was not given it (--pose " + rig.name +
-                                            "=sensor.json); give --no-pose if lbea-serve had none");
+                                            rig.name + ", because lbea-record was not given it; give --pose " +
+                                            rig.name + "=sensor.json, or --no-pose if lbea-serve had none");
   } else if (is_of_recorder(settings) && settings.sensor_json.empty()) {
     report_unknown(
         "the sensor's pose, because lbea-record does not know it; give it with --pose sensor.json, or give --no-pose "
@@ -107,14 +113,12 @@ void complete_pose(RunSettings& settings, const SettingsOptions& options) {
 
 void require_recorded_settings(const RunSettings& settings, const SettingsOptions& options) {
   const bool drops_poses = options.without_pose && !is_of_recorder(settings);
-  if (!options.pose_file.empty() || drops_poses || options.frames_alone ||
-      options.method.value_or(Method::fit) != Method::fit)
-    throw Error(Status::bad_config,
-                options.recording + ": frames of several rigs are matched by fit with the recorded poses; omit " +
-                    (is_of_recorder(settings)
-                         ? "--pose, --frames-alone and other methods. lbea-record is given the poses, with --pose "
-                           "NAME=sensor.json for each rig; give --no-pose if lbea-serve had none"
-                         : "--pose, --no-pose, --frames-alone and other methods"));
+  if (drops_poses || options.frames_alone || options.method.value_or(Method::fit) != Method::fit)
+    throw Error(
+        Status::bad_config,
+        options.recording + ": frames of several rigs are matched by fit with their poses; omit " +
+            (is_of_recorder(settings) ? "--frames-alone and other methods; give --no-pose if lbea-serve had none"
+                                      : "--no-pose, --frames-alone and other methods"));
 }
 
 }  // namespace
@@ -129,7 +133,7 @@ RunSettings replay_settings(RunSettings recorded, const Model& model, const Sett
   RunSettings settings = std::move(recorded);
   if (!settings.rigs.empty()) require_recorded_settings(settings, options);
   complete_method(settings, options);
-  complete_pose(settings, options);
+  complete_pose(settings, options, model.length_unit());
   if (options.frames_alone) settings.frames_alone = 1;
   if (settings.model_checksum != 0 && settings.model_checksum != model.checksum())
     log_info("{} is not the model of the recording ({})", options.model_file, settings.model_file);

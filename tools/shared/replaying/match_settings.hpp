@@ -7,10 +7,11 @@ namespace lbea::tool {
 
 struct SettingsOptions {
   std::string recording, model_file, pose_file;
-  bool without_pose = false;     // frames are in the reference's coordinates
-  bool frames_alone = false;     // with fit; of a recording by lbea-record, which does not know it
-  std::optional<Method> method;  // instead of the recorded one
-  bool needs_all = false;        // settings that are not in the recording must be given
+  std::vector<std::string> rig_pose_files{};  // per rig of a recording of several, empty: the recorded pose; or none
+  bool without_pose = false;                  // frames are in the reference's coordinates
+  bool frames_alone = false;                  // with fit; of a recording by lbea-record, which does not know it
+  std::optional<Method> method;               // instead of the recorded one
+  bool needs_all = false;                     // settings that are not in the recording must be given
 };
 
 /// The recorded settings, changed by `options`. Settings that lbea-record did not know are taken from the recorded
