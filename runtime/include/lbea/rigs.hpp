@@ -26,8 +26,8 @@ struct RigResult : FitNumbers, FrameNumbers {
   PointTally points{};
   bool is_used = false;  // the joint result rests on it
   /// Added to the rig's stamps beside Rig::clock_offset_ns, it gives those of the first rig's clock, by the impact that
-  /// both have seen in this test. 0 until then, and for clocks that differ by less than the interval between states or
-  /// by more than a simulation lasts.
+  /// both have seen in this test, then by the shapes that both show until half of a simulation has passed. 0 until the
+  /// impact, and for clocks that differ by less than the interval between states or by more than a simulation lasts.
   std::int64_t clock_correction_ns = 0;
 };
 

@@ -162,27 +162,44 @@ void JointFitter::set_candidates() noexcept {
 }
 
 void JointFitter::compare() noexcept {
-  const auto ranked = best_.ranked();
-  const std::size_t all = ranked.size(), k = std::min<std::size_t>(all, settings_.candidates);
-  const auto of_rig = [&](std::size_t rig) { return std::span(rig_gram_).subspan(rig * gram_.size(), all * all); };
-  side_by_side(rigs_.size(), [&](std::size_t rig) {
-    ImageResiduals& residuals = rigs_[rig].fitter->residuals();
-    const auto states = std::span(states_).subspan(rig * states_of_rig_, all);
-    std::ranges::transform(ranked, states.begin(),
-                           [&](const RankedSample& one) { return state_at(one.sample, rigs_[rig].later_s); });
-    residuals.compare(states, is_hidden_);
-    std::ranges::fill(of_rig(rig), 0.0f);
-    residuals.add_products(1, of_rig(rig));
-  });
+  const std::size_t all = best_.ranked().size(), k = std::min<std::size_t>(all, settings_.candidates);
+  std::array<std::span<const float>, most_rigs> grams;
+  side_by_side(rigs_.size(), [&](std::size_t rig) { grams[rig] = compare_at(rig, rigs_[rig].later_s); });
   cells_ = 0;
   for (const RigEvidence& rig : rigs_) cells_ += rig.fitter->residuals().filled();
   std::ranges::fill(gram_, 0.0f);
   for (std::size_t rig = 0; rig < rigs_.size(); ++rig) {
     const float scale = square(rigs_[rig].fitter->images().camera.depth_step) / cells_;
-    for (std::size_t i = 0; i < all * all; ++i) gram_[i] += scale * of_rig(rig)[i];
+    for (std::size_t i = 0; i < grams[rig].size(); ++i) gram_[i] += scale * grams[rig][i];
   }
   for (std::size_t i = 0; i < k; ++i) std::copy_n(&gram_[i * all], k, &pose_gram_[i * k]);
   estimate_.begin(problem());
+}
+
+/// Sets the residuals of a rig's frame. Returns their products, squared depth steps.
+std::span<const float> JointFitter::compare_at(std::size_t rig, double later_s) noexcept {
+  const auto ranked = best_.ranked();
+  ImageResiduals& residuals = rigs_[rig].fitter->residuals();
+  const auto states = std::span(states_).subspan(rig * states_of_rig_, ranked.size());
+  const auto gram = std::span(rig_gram_).subspan(rig * gram_.size(), ranked.size() * ranked.size());
+  std::ranges::transform(ranked, states.begin(),
+                         [&](const RankedSample& one) { return state_at(one.sample, later_s); });
+  residuals.compare(states, is_hidden_);
+  std::ranges::fill(gram, 0.0f);
+  residuals.add_products(1, gram);
+  return gram;
+}
+
+double JointFitter::lag_of(std::size_t rig, double step_s) noexcept {
+  const auto shares = estimate_.shares();
+  std::array<double, 3> squares{};  // of the combination a step earlier, at the frame's time, a step later
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    const auto gram = compare_at(rig, rigs_[rig].later_s + (static_cast<double>(i) - 1) * step_s);
+    for (std::size_t j = 0; j < gram.size(); ++j)
+      squares[i] += double{shares[j / shares.size()] * shares[j % shares.size()]} * double{gram[j]};
+  }
+  const double lag_s = step_s / 2 * (squares[0] - squares[2]) / (squares[0] - 2 * squares[1] + squares[2]);
+  return std::abs(lag_s) < step_s ? lag_s : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// By as many candidates as for one rig: more of them take longer and give no better pose.

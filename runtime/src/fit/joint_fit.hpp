@@ -21,8 +21,8 @@ class JointFitter {
   JointFitter(const ModelView& model, const ShapeRegression& regression, float noise, std::size_t rigs,
               std::uint32_t max_matches, const FitSettings& settings = {});
 
-  /// rigs: at least one, each with a fitted frame. expected: by the earlier captures. The spans of the result and of
-  /// matches() are valid until the next call or the next frame of a rig. Does not allocate.
+  /// rigs: at least one, each with a fitted frame; must remain. expected: by the earlier captures. The spans of the
+  /// result and of matches() are valid until the next call or the next frame of a rig. Does not allocate.
   SurfaceFit fit(std::span<const RigEvidence> rigs, const FrameExpectation* expected) noexcept;
 
   /// After fit(): corrects the estimate by the points of all rigs' frames, and ranks the candidates by it. Spread,
@@ -32,6 +32,10 @@ class JointFitter {
   /// The motion that the frame of a rig, by its place in the evidence, lacks, given the prior and the frames of all
   /// rigs. Threads with different rigs may call it at the same time. Does not allocate.
   [[nodiscard]] const PoseBelief& pose_of(std::size_t rig, const PoseBelief& prior) noexcept;
+
+  /// After all others: by how much the frame of a rig is later than the evidence says, s, by the combination of the
+  /// candidates at other times. Not a number if it is a step or more, or the times look alike. As pose_of().
+  [[nodiscard]] double lag_of(std::size_t rig, double step_s) noexcept;
 
   /// fit() and correct() divide what they do rig by rig among these threads.
   void use(const RigThreads& threads) noexcept { threads_ = threads; }
@@ -64,6 +68,7 @@ class JointFitter {
   [[nodiscard]] float not_residual(std::uint32_t best) noexcept;
   void set_candidates() noexcept;
   void compare() noexcept;
+  [[nodiscard]] std::span<const float> compare_at(std::size_t rig, double later_s) noexcept;
   [[nodiscard]] bool predicts(const RigEvidence& rig) const noexcept;
   [[nodiscard]] ShapePrediction predict() noexcept;
   void add_earlier(const RigEvidence& rig, float weight) noexcept;

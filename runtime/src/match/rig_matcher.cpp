@@ -4,6 +4,7 @@
 namespace lbea {
 namespace {
 
+constexpr double ns_per_s = 1e9;
 constexpr double most_apart = 0.1;  // durations of a simulation: frames farther from the latest one are of another time
 
 // Of stamps; they wrap around.
@@ -68,6 +69,7 @@ MatchResult RigMatcher::State::combine() noexcept {
   result.elapsed_ns.fit += watch.lap_ns();
   result.coverage = fitter.shown_share();
   result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
+  if (fitter.is_explained() && !is_contradicted()) refine_clocks();
   remember(result);
   publish(result);
   return result;
@@ -167,17 +169,36 @@ void RigMatcher::State::compare_clocks() noexcept {
 
 /// As before, if one of the rigs has not seen the impact. Clocks are regarded as synchronized if they differ by less
 /// than the interval between states or by less than what the frames tell. Impacts that are farther apart than a
-/// simulation lasts are not the same one.
-std::int64_t RigMatcher::State::correction_ns(std::size_t rig) const noexcept {
-  constexpr double least_deviations = 2, ns_per_s = 1e9;
+/// simulation lasts are not the same one. The frames after it tell more, unless it seems to have been elsewhere since.
+std::int64_t RigMatcher::State::correction_ns(std::size_t rig) noexcept {
+  constexpr double least_deviations = 2;
+  ClockMeasurements& measured = measured_clocks[rig];
   const TimeBelief first = histories[0].since_impact(), own = histories[rig].since_impact();
   if (!(first.variance > 0) || !(own.variance > 0)) return corrections_ns[rig];
   const double apart_s = seconds_between(histories[rig].stamp_ns, histories[0].stamp_ns);
   const double behind_s = apart_s + own.mean_s - first.mean_s;
   const double deviation_s = std::sqrt(std::max(first.variance, own.variance));
   const double least_s = std::max(times.interval_s, least_deviations * deviation_s);
-  if (std::abs(behind_s) < least_s || std::abs(behind_s) > times.duration_s) return 0;
-  return std::llround(ns_per_s * behind_s);
+  const bool differs = std::abs(behind_s) >= least_s && std::abs(behind_s) <= times.duration_s;
+  const double measured_s = measured.sum_s / measured.count;
+  if (differs && std::abs(measured_s - behind_s) < least_s) return std::llround(ns_per_s * measured_s);
+  measured = {};
+  return differs ? std::llround(ns_per_s * behind_s) : 0;
+}
+
+/// By the frames in the first half of the simulations: the same combination of samples is moved to where it explains
+/// each rig's frame best. What an unseen run does earlier or later than the samples, it does for all rigs.
+void RigMatcher::State::refine_clocks() noexcept {
+  if (!results[0].is_used || fitter.time().mean_s - joint_history.impact_s > times.duration_s / 2) return;
+  if (std::ranges::count(corrections_ns, 0) == std::ssize(corrections_ns)) return;
+  std::array<double, most_rigs> lags_s;
+  fitter.side_by_side(used, [&](std::size_t place) { lags_s[place] = fitter.lag_of(place, times.interval_s); });
+  for (std::size_t rig = 1; rig < matchers.size(); ++rig) {
+    const double change_s = lags_s[captures[rig].place] - lags_s[0];
+    if (corrections_ns[rig] == 0 || !results[rig].is_used || !std::isfinite(change_s)) continue;
+    measured_clocks[rig].sum_s += static_cast<double>(corrections_ns[rig]) / ns_per_s + change_s;
+    ++measured_clocks[rig].count;
+  }
 }
 
 /// The latest of the frames that a simulation explains, or of all if there are none, tells the time.
@@ -258,6 +279,7 @@ void RigMatcher::reset() noexcept {
   for (HistoryState& history : state_->histories) history.reset();
   state_->joint_history.reset();
   std::ranges::fill(state_->corrections_ns, 0);
+  std::ranges::fill(state_->measured_clocks, State::ClockMeasurements{});
   std::ranges::fill(state_->poses_by_all, false);
   state_->begin_capture_anew();
 }

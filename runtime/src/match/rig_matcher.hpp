@@ -19,7 +19,8 @@ struct RigMatcher::State {
   void choose_evidence(MatchResult& result) noexcept;
   void begin_capture(MatchResult& result) noexcept;
   void compare_clocks() noexcept;
-  [[nodiscard]] std::int64_t correction_ns(std::size_t rig) const noexcept;
+  [[nodiscard]] std::int64_t correction_ns(std::size_t rig) noexcept;
+  void refine_clocks() noexcept;
   void find_latest() noexcept;
   [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
   [[nodiscard]] bool awaits_impact(std::size_t rig) const noexcept;
@@ -57,6 +58,11 @@ struct RigMatcher::State {
   std::vector<Capture> captures;
   std::vector<RigResult> results;
   std::vector<std::int64_t> offsets_ns, corrections_ns;
+  struct ClockMeasurements {
+    double sum_s = 0;  // of corrections
+    std::uint32_t count = 0;
+  };
+  std::vector<ClockMeasurements> measured_clocks;  // since the impact told that they differ
   std::vector<std::uint8_t> poses_by_all;  // whether the frame's pose is estimated by the frames of all rigs alone
   std::vector<RigEvidence> evidence;
   EnsembleTimes times;

@@ -45,6 +45,7 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
       captures(rigs.size()),
       results(rigs.size()),
       corrections_ns(rigs.size()),
+      measured_clocks(rigs.size()),
       poses_by_all(rigs.size()),
       evidence(rigs.size()),
       times(EnsembleTimes::of(model.view())),

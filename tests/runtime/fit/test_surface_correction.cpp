@@ -87,12 +87,16 @@ class PlateFitOfTwo {
   Errors errors(const std::vector<float>& above, const std::vector<float>& below, const Disturbance& disturbance = {}) {
     see(0, above);
     see(1, below, disturbance.upwards);
-    const std::array<RigEvidence, 2> evidence{
-        {{&fitters_[0], &indexes_[0], 0}, {&fitters_[1], &indexes_[1], disturbance.later_s}}};
-    SurfaceFit result = joint_.fit(evidence, nullptr);
+    evidence_ = {{{&fitters_[0], &indexes_[0], 0}, {&fitters_[1], &indexes_[1], disturbance.later_s}}};
+    SurfaceFit result = joint_.fit(evidence_, nullptr);
     const double before = error(result, above);
     joint_.correct(result);
     return {before, error(result, above)};
+  }
+  /// By how much the frame from below is later than the one from above and what the fit has been told, s.
+  double lag(const std::vector<float>& above, const std::vector<float>& below, double step_s) {
+    static_cast<void>(errors(above, below));
+    return joint_.lag_of(1, step_s) - joint_.lag_of(0, step_s);
   }
 
  private:
@@ -121,6 +125,7 @@ class PlateFitOfTwo {
   std::array<SensorViews, 2> views_;
   std::array<SurfaceFitter, 2> fitters_;
   std::array<CloudIndex, 2> indexes_;
+  std::array<RigEvidence, 2> evidence_;
   JointFitter joint_;
   std::vector<RankedSample> all_;
 };
@@ -205,6 +210,28 @@ TEST_CASE("a frame that is captured later corrects the shape of the earlier one"
   CAPTURE(known / 10);
   CAPTURE(unknown / 10);
   CHECK(known < 0.5 * unknown);
+}
+
+// The combination of samples is one for both frames, and in part follows the one at another time.
+TEST_CASE(
+    "a frame that is later than its stamp says is found to be later, an earlier one earlier, and equal ones equal") {
+  const TwoRigs rigs(4, 3);
+  PlateFitOfTwo fit(rigs);
+  const double interval_s = rigs.model.view().sample_times[1] - rigs.model.view().sample_times[0];
+  constexpr double per_interval = 0.2;  // of the run in the middle
+  for (const double angle : {0.3, 0.36, 0.43}) {
+    CAPTURE(angle);
+    const auto lag = [&](double later) {
+      return fit.lag(bent(angle), bent(angle + later * per_interval), interval_s) / interval_s;
+    };
+    const double equal = lag(0), earlier = lag(-0.2) - equal, later = lag(0.2) - equal;
+    CAPTURE(equal);
+    CAPTURE(earlier);
+    CAPTURE(later);
+    CHECK(std::abs(equal) < 0.1);
+    CHECK(std::abs(earlier + 0.2) < 0.1);  // at least half
+    CHECK(std::abs(later - 0.2) < 0.1);
+  }
 }
 
 TEST_CASE("the correction keeps the sum of the weights, and the spread and time that the bake knows") {
