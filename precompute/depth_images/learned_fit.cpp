@@ -415,7 +415,10 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   source.most_points = renderer.most_points();
   source.grid = envelope_grid(model.view().envelope);
-  source.surface = surface_nodes(model.view().references.front().vertex_nodes);
+  const ModelView& view = model.view();  // with landmarks, no edges are measured
+  source.surface = surface_places(view.references.front().vertex_nodes,
+                                  view.landmark_positions.empty() ? view.element_nodes : decltype(view.element_nodes)(),
+                                  view.info.nodes);
   return rendered_views(model, std::move(source), render, threads, progress);
 }
 

@@ -154,13 +154,6 @@ class BlockComparison {
 
 }  // namespace
 
-std::vector<std::uint32_t> surface_nodes(std::span<const std::uint32_t> vertex_nodes) {
-  const auto all = static_cast<std::uint32_t>(vertex_nodes.size());
-  std::vector<std::uint32_t> nodes(std::min(most_surface_places, all));
-  for (std::uint32_t i = 0; i < nodes.size(); ++i) nodes[i] = vertex_nodes[format::part_begin(i, nodes.size(), all)];
-  return nodes;
-}
-
 std::vector<std::size_t> spread_samples(std::size_t count, std::size_t all) {
   std::vector<std::size_t> chosen(count);
   for (std::size_t i = 0; i < count; ++i) {

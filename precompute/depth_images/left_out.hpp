@@ -4,6 +4,7 @@
 #include "precompute/depth_images/depth_renderer.hpp"
 #include "runtime/src/depth/image_comparison.hpp"
 #include "runtime/src/match/cloud_index.hpp"
+#include "runtime/src/match/shape_landmarks.hpp"
 
 #include <functional>
 
@@ -26,18 +27,15 @@ struct SampleSource {
   /// points.
   std::function<std::vector<Point>(std::size_t sample)> points_of{};
   std::size_t most_points = 0;
-  CellGrid grid{};                       // of the envelope
-  std::vector<std::uint32_t> surface{};  // nodes at which points are compared
-  /// Positions of these nodes. Set by with_cache().
+  CellGrid grid{};          // of the envelope
+  SurfacePlaces surface{};  // at which points are compared
+  /// Positions of these places. Set by with_cache().
   std::function<std::vector<float>(std::size_t sample)> surface_of{};
   std::vector<float> channels{};  // channels x samples
   std::size_t fields = 0, elements = 0;
   /// Fills `values`: one per element.
   std::function<void(std::size_t field, std::size_t sample, std::span<float> values)> read_field{};
 };
-
-/// Nodes of the observed surface at which points are compared, as ShapeLandmarks chooses them.
-[[nodiscard]] std::vector<std::uint32_t> surface_nodes(std::span<const std::uint32_t> vertex_nodes);
 
 /// `count` of `all` samples, ascending: one of each of as many equal parts, chosen at random, because equal distances
 /// choose the same few states of every run if the numbers of runs and of chosen samples have a large common divisor.

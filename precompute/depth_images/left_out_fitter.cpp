@@ -26,7 +26,7 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
       points_(source.camera.cells()),
       truth_(source.nodes_of(0)),
       positions_(ids_.size() * truth_.size()),
-      landmarks_(source.points_of ? positions_.size() + ids_.size() * 3 * source.surface.size() : 0),
+      landmarks_(source.points_of ? positions_.size() + ids_.size() * 3 * source.surface.between.size() : 0),
       view_(view_of()),
       fitter_(view_,
               SensorViews(
@@ -133,7 +133,8 @@ ModelView LeftOutFitter::view_of() {
   view.samples = ids_;
   view.node_positions = positions_;
   view.landmark_positions = landmarks_;
-  view.info.vertices = landmarks_.empty() ? 0 : static_cast<std::uint32_t>(source_.surface.size());
+  view.info.vertices = landmarks_.empty() ? 0 : static_cast<std::uint32_t>(source_.surface.between.size());
+  view.landmark_edges = source_.surface.edges;
   return view;
 }
 

@@ -19,7 +19,7 @@ class Cache {
       : source_(source),
         cells_(padded_cells(source.camera)),
         coordinates_(thinned_nodes(std::vector<float>(3 * source.nodes), most_nodes).size()),
-        all_coordinates_(coordinates_ + 3 * source.surface.size()),
+        all_coordinates_(coordinates_ + 3 * source.surface.between.size()),
         samples_(
             std::clamp<std::size_t>(most_bytes / (cells_ * sizeof(std::uint16_t) + all_coordinates_ * sizeof(float)), 1,
                                     std::max<std::size_t>(source.samples.size(), 1)),
@@ -57,8 +57,10 @@ class Cache {
     source_.read_positions(sample, positions);
     auto into = nodes_.begin() + static_cast<std::ptrdiff_t>(place * all_coordinates_);
     into = std::ranges::copy(thinned_nodes(positions, most_nodes), into).out;
-    for (const std::uint32_t node : source_.surface)
-      into = std::ranges::copy(std::span(positions).subspan(std::size_t{3} * node, 3), into).out;
+    for (const auto& [a, b] : source_.surface.between)
+      into =
+          std::ranges::copy(SurfacePlaces::middle(&positions[std::size_t{3} * a], &positions[std::size_t{3} * b]), into)
+              .out;
     samples_[place] = sample;
     return place;
   }

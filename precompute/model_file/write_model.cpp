@@ -175,10 +175,13 @@ void add_points(const BakePlan& plan, const ModelWriter& writer, std::shared_ptr
   };
 }
 
-/// What compares points with the samples: nodes of the observed surface, and the cells of the envelope.
-void add_surface(const ReferenceBasis& first, const EnvelopeGrid& envelope, SampleSource& source) {
+/// What compares points with the samples: places of the observed surface, and the cells of the envelope.
+/// As the runtime's: of models with landmarks, no edges are measured.
+void add_surface(const ReferenceBasis& first, const CommonMesh& mesh, bool has_landmarks, const EnvelopeGrid& envelope,
+                 SampleSource& source) {
   source.grid = envelope_grid({envelope.corner, envelope.edge, envelope.cells, envelope.bits});
-  source.surface = surface_nodes(first.vertex_nodes);
+  source.surface = surface_places(first.vertex_nodes, has_landmarks ? decltype(mesh.elements)() : mesh.elements,
+                                  mesh.node_ids.size());
 }
 
 /// The depth images of further rigs, rendered of the samples that are written.
@@ -368,7 +371,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   writer.write<std::uint32_t>(SectionId::simulation_branches, 0, 0, branches_of(plan, writer));
   if (plan.camera) {
     SampleSource source = source_of(plan, writer, appender.fields());
-    add_surface(bases.front(), envelope, source);
+    add_surface(bases.front(), plan.survey.mesh, has_landmarks(model.info, plan.description), envelope, source);
     write_what_fit_learns(plan, source, options, writer);
   }
   writer.write<std::uint64_t>(SectionId::envelope_bits, 0, 0, envelope.bits);

@@ -79,6 +79,47 @@ struct Plane {
   }
 };
 
+Vector cross(const Vector& a, const Vector& b) noexcept {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+bool set_length_1(Vector& v) noexcept {
+  const float length = std::sqrt(dot(v, v));
+  if (!(length > 0)) return false;
+  for (float& component : v) component /= length;
+  return true;
+}
+
+/// Where the points end beyond an edge: the second farthest in a strip of the surface, which one wrong point does not
+/// change.
+class Strip {
+ public:
+  /// side: along the edge; along: away from it; unit vectors. cell: length unit.
+  Strip(const Vector& side, const Vector& along, float cell) noexcept
+      : side_(side), along_(along), normal_(cross(side, along)), half_width_(0.35f * cell), thickness_(0.5f * cell) {}
+  /// From a place; minus infinity if the strip has fewer points there.
+  [[nodiscard]] float end(const CloudIndex& index, const Vector& place) const noexcept {
+    constexpr float none = -std::numeric_limits<float>::infinity();
+    float farthest = none, second = none;
+    std::array<const Leaf*, 8> leaves;
+    const std::size_t count = index.find_around(place, leaves);
+    for (const Leaf* leaf : std::span(leaves).first(count))
+      for (std::size_t i = 0; i < CloudIndex::fanout; ++i) {
+        const Vector offset{leaf->x[i] - place[0], leaf->y[i] - place[1], leaf->z[i] - place[2]};
+        const bool is_inside =
+            std::abs(dot(offset, side_)) < half_width_ && std::abs(dot(offset, normal_)) < thickness_;
+        const float length = is_inside ? dot(offset, along_) : none;
+        second = std::max(second, std::min(farthest, length));
+        farthest = std::max(farthest, length);
+      }
+    return second;
+  }
+
+ private:
+  Vector side_, along_, normal_;
+  float half_width_, thickness_;
+};
+
 /// Of the frame, in the cell of a line of sight; not a number if that is empty.
 float depth_at(const Vector& sight, float depth, const SurfaceCorrection::Observation& seen) noexcept {
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
@@ -103,13 +144,13 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, c
       shapes_(model, LandmarkPlaces::surface),
       buffer_(2 * shapes_.size()),
       shape_(shapes_.size()),
-      normals_(shapes_.size()),
+      directions_(4 * shapes_.stride()),
       distances_(shapes_.stride()),
       rows_(settings.most_combined() * shapes_.stride()),
       gram_(std::size_t{settings.most_combined()} * settings.most_combined()),
       products_(settings.most_combined()),
       sums_(settings.most_combined()),
-      of_shifts_(3 * most_rigs * settings.most_combined()),
+      of_nuisances_(nuisances * most_rigs * settings.most_combined()),
       weights_(settings.most_combined()),
       changes_(settings.most_combined()),
       ridge_(settings.most_combined()) {}
@@ -129,9 +170,9 @@ void SurfaceCorrection::add(const Observation& seen) noexcept {
   all_measured_ += measured_;
   weigh_robustly();
   squares_ += set_rows(seen.states);
-  Shift& shift = shifts_[rigs_];
-  shift.samples = &of_shifts_[3 * rigs_++ * estimate_->samples().size()];
-  add_products(shift);
+  Nuisances& of_rig = nuisances_[rigs_];
+  of_rig.samples = &of_nuisances_[nuisances * rigs_++ * estimate_->samples().size()];
+  add_products(of_rig);
 }
 
 void SurfaceCorrection::join(const SurfaceCorrection& other) noexcept {
@@ -140,7 +181,7 @@ void SurfaceCorrection::join(const SurfaceCorrection& other) noexcept {
   squares_ += other.squares_;
   std::ranges::transform(gram_, other.gram_, gram_.begin(), std::plus<>{});
   std::ranges::transform(products_, other.products_, products_.begin(), std::plus<>{});
-  shifts_[rigs_++] = other.shifts_[0];
+  nuisances_[rigs_++] = other.nuisances_[0];
 }
 
 std::span<const float> SurfaceCorrection::solve() noexcept {
@@ -149,13 +190,13 @@ std::span<const float> SurfaceCorrection::solve() noexcept {
   const float nodes = static_cast<float>(shapes_.nodes()), measured = static_cast<float>(all_measured_);
   const float price = price_ * nodes * nodes / measured * (squares_ / static_cast<float>(rigs_));
   if (!(price >= std::numeric_limits<float>::min())) return {};  // all samples have the same shape
-  for (Shift& shift : std::span(shifts_).first(rigs_)) eliminate(shift, price);
+  for (Nuisances& of_rig : std::span(nuisances_).first(rigs_)) eliminate(of_rig, price);
   return weights_for(price);
 }
 
 SurfaceEquations SurfaceCorrection::equations() const noexcept {
   const std::size_t samples = estimate_->samples().size();
-  return {shape_,  normals_,        distances_, std::span(rows_).first(samples * shapes_.stride()),
+  return {shape_,  directions_,     distances_, std::span(rows_).first(samples * shapes_.stride()),
           samples, shapes_.nodes(), measured_,  squares_ / static_cast<float>(rigs_)};
 }
 
@@ -181,10 +222,20 @@ void SurfaceCorrection::combine(std::span<const StateBetween> states) noexcept {
 }
 
 void SurfaceCorrection::measure(const Observation& seen) noexcept {
-  std::ranges::fill(normals_, 0.0f);
+  std::ranges::fill(directions_, 0.0f);
   std::ranges::fill(distances_, 0.0f);
   measured_ = 0;
-  for (std::size_t i = 0; i < shapes_.nodes(); ++i) measure(i, seen);
+  const std::size_t edges = shapes_.edges();
+  for (std::size_t i = 0; i < shapes_.nodes() - edges; ++i) measure(i, seen);
+  for (std::size_t i = 0; i < edges; ++i) measure_edge(i, seen);
+}
+
+void SurfaceCorrection::set(std::size_t node, const Vector& direction, float distance) noexcept {
+  const std::size_t stride = shapes_.stride();
+  for (std::size_t k = 0; k < 3; ++k) directions_[k * stride + node] = direction[k];
+  directions_[3 * stride + node] = node < first_edge() ? 0.0f : 1.0f;
+  distances_[node] = distance;
+  ++measured_;
 }
 
 /// Sets the normal and the distance of a node, unless the frame shows no plane near its line of sight.
@@ -192,14 +243,13 @@ void SurfaceCorrection::measure(std::size_t node, const Observation& seen) noexc
   constexpr float reach = 4, farthest = 2, width = 0.7f;  // in cells: along the line of sight, from a plane, of a plane
   constexpr float fewest = 4;                             // points, weighted
   constexpr float off_center = 0.25f;                     // in widths: the points of an edge lie on one side
-  const std::size_t stride = shapes_.stride();
   const auto& T = seen.camera.T_reference_sensor;
-  Vector sight, place;  // sight: from the eye
-  for (std::size_t k = 0; k < 3; ++k) sight[k] = shape_[k * stride + node] - T[4 * k + 3];
+  Vector sight = at(shape_, node), place = sight;
+  for (std::size_t k = 0; k < 3; ++k) sight[k] -= T[4 * k + 3];  // from the eye
   const float depth = dot(sight, {T[2], T[6], T[10]}), cell = depth / seen.camera.focal;
   const float farther = depth_at(sight, depth, seen) - depth;
   if (!(std::abs(farther) < reach * cell)) return;
-  for (std::size_t k = 0; k < 3; ++k) place[k] = shape_[k * stride + node] + sight[k] * farther / depth;
+  for (std::size_t k = 0; k < 3; ++k) place[k] += sight[k] * farther / depth;
   Moments moments(place, width * cell);
   std::array<const Leaf*, 8> leaves;
   const std::size_t count = seen.index.find_around(place, leaves);
@@ -211,22 +261,64 @@ void SurfaceCorrection::measure(std::size_t node, const Observation& seen) noexc
               across = dot(plane.center, plane.center) - along * along / dot(sight, sight);
   const float distance = dot(plane.normal, plane.center) + dot(plane.normal, sight) * farther / depth;
   if (!(across < square(off_center * width * cell) && std::abs(distance) < farthest * cell)) return;
-  for (std::size_t k = 0; k < 3; ++k) normals_[k * stride + node] = plane.normal[k];
-  distances_[node] = distance;
-  ++measured_;
+  set(node, plane.normal, distance);
 }
 
-/// Multiplies the equations by the roots of Cauchy weights.
+/// Sets the direction and the distance of an edge beside a measured plane, unless no points end near it.
+void SurfaceCorrection::measure_edge(std::size_t edge, const Observation& seen) noexcept {
+  constexpr float farthest = 1, step = 0.5f, rounding = 1e-3f;  // in cells
+  constexpr int most_places = 5;
+  const std::size_t node = first_edge() + edge, corner = node - shapes_.edges(), opposite = corner - shapes_.edges();
+  const Vector normal = at(directions_, opposite), outer = at(shape_, node);
+  if (dot(normal, normal) == 0) return;
+  const auto& T = seen.camera.T_reference_sensor;
+  float depth = 0;
+  Vector side = at(shape_, corner), along = outer, place = outer;
+  for (std::size_t k = 0; k < 3; ++k) {
+    depth += (outer[k] - T[4 * k + 3]) * T[4 * k + 2];
+    side[k] = outer[k] - side[k];
+    along[k] -= shape_[k * shapes_.stride() + opposite];
+    place[k] += distances_[opposite] * normal[k];
+  }
+  if (!set_length_1(side)) return;
+  const float beside = dot(along, side), cell = depth / seen.camera.focal;
+  for (std::size_t k = 0; k < 3; ++k) along[k] -= beside * side[k];
+  if (!set_length_1(along)) return;
+  const Strip strip(side, along, cell);
+  float distance = 0;
+  for (int i = 0; i < most_places; ++i) {
+    Vector there = place;
+    for (std::size_t k = 0; k < 3; ++k) there[k] += distance * along[k];
+    const float farther = strip.end(seen.index, there);
+    const bool is_empty = farther == -std::numeric_limits<float>::infinity();
+    distance += is_empty ? -step * cell : farther;
+    if (!(std::abs(distance) < farthest * cell)) return;
+    if (!is_empty && farther <= rounding * cell) return set(node, along, distance);
+  }
+}
+
+/// Multiplies the equations by the roots of Cauchy weights. A length that all edges lack is no outlier.
 void SurfaceCorrection::weigh_robustly() noexcept {
-  constexpr float means = 1.5f;
-  float sum = 0;
-  for (const float distance : distances_) sum += std::abs(distance);
-  const float scale = std::max(means * sum / static_cast<float>(measured_), std::numeric_limits<float>::min());
+  constexpr float means = 1.5f, least = std::numeric_limits<float>::min();
   const std::size_t stride = shapes_.stride();
+  const float* const is_edge = &directions_[3 * stride];
+  std::array<float, most_edge_places> ends;
+  std::size_t edges = 0;
+  for (std::size_t i = first_edge(); i < shapes_.nodes(); ++i)
+    if (is_edge[i] != 0) ends[edges++] = distances_[i];
+  const auto measured = std::span(ends).first(edges);
+  std::ranges::nth_element(measured, measured.begin() + std::ssize(measured) / 2);
+  const float lacking = edges > 0 ? measured[edges / 2] : 0;
+  float of_planes = 0, of_edges = 0;
+  for (std::size_t i = 0; i < first_edge(); ++i) of_planes += std::abs(distances_[i]);
+  for (const float end : measured) of_edges += std::abs(end - lacking);
+  of_planes = std::max(means * of_planes / static_cast<float>(std::max<std::size_t>(measured_ - edges, 1)), least);
+  of_edges = std::max(means * of_edges / static_cast<float>(std::max<std::size_t>(edges, 1)), of_planes);
   for (std::size_t i = 0; i < stride; ++i) {
-    const float root = 1 / std::sqrt(1 + square(distances_[i] / scale));
+    const float deviation = is_edge[i] != 0 ? (distances_[i] - lacking) / of_edges : distances_[i] / of_planes;
+    const float root = 1 / std::sqrt(1 + square(deviation));
     distances_[i] *= root;
-    for (std::size_t axis = 0; axis < 3; ++axis) normals_[axis * stride + i] *= root;
+    for (std::size_t plane = 0; plane < 4; ++plane) directions_[plane * stride + i] *= root;
   }
 }
 
@@ -240,7 +332,7 @@ float SurfaceCorrection::set_rows(std::span<const StateBetween> states) noexcept
       Four change{};
       for (std::size_t k = i; k < 3 * stride; k += stride) {
         const Four offset = four_at(&of_sample[k]) - four_at(&shape_[k]);
-        change += four_at(&normals_[k]) * offset;
+        change += four_at(&directions_[k]) * offset;
         squares += offset * offset;
       }
       put(change, &row(s)[i]);
@@ -249,8 +341,8 @@ float SurfaceCorrection::set_rows(std::span<const StateBetween> states) noexcept
   return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples * shapes_.nodes());
 }
 
-/// Adds the rig's normal equations. The columns of its shift are the normals.
-void SurfaceCorrection::add_products(Shift& shift) noexcept {
+/// Adds the rig's normal equations. The columns of its nuisances are the planes of the directions.
+void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
   const std::size_t k = estimate_->samples().size(), stride = shapes_.stride();
   for (std::size_t i = 0; i < k; ++i) {
     code_.project(rows_.data(), i + 1, stride, row(i).data(), sums_.data());
@@ -258,33 +350,34 @@ void SurfaceCorrection::add_products(Shift& shift) noexcept {
   }
   code_.project(rows_.data(), k, stride, distances_.data(), sums_.data());
   for (std::size_t i = 0; i < k; ++i) products_[i] += sums_[i];
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* const normals = &normals_[axis * stride];
-    code_.project(normals_.data(), 3, stride, normals, shift.matrix[axis].data());
-    code_.project(normals, 1, stride, distances_.data(), &shift.constant[axis]);
-    code_.project(rows_.data(), k, stride, normals, &shift.samples[axis * k]);
+  for (std::size_t n = 0; n < nuisances; ++n) {
+    const float* const column = &directions_[n * stride];
+    code_.project(directions_.data(), nuisances, stride, column, of_rig.matrix[n].data());
+    code_.project(column, 1, stride, distances_.data(), &of_rig.constant[n]);
+    code_.project(rows_.data(), k, stride, column, &of_rig.samples[n * k]);
   }
 }
 
-/// A shift of the whole component is an error of the rig's pose, not a deformation: its three unknowns are eliminated
-/// from the normal equations. A shift by shift_ costs as much as a weight of 1.
-void SurfaceCorrection::eliminate(Shift& shift, float price) noexcept {
+/// A shift of the whole component is an error of the rig's pose, and the strip that it loses along edges one of the
+/// rig, not a deformation: these unknowns are eliminated from the normal equations. shift_ of one costs as much as a
+/// weight of 1.
+void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
   const std::size_t k = estimate_->samples().size();
-  auto& [matrix, constant, samples] = shift;
-  for (std::size_t axis = 0; axis < 3; ++axis) matrix[axis][axis] += price / square(shift_);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float* const row = &samples[axis * k];
-    const float pivot = matrix[axis][axis];
+  auto& [matrix, constant, samples] = of_rig;
+  for (std::size_t n = 0; n < nuisances; ++n) matrix[n][n] += price / square(shift_);
+  for (std::size_t n = 0; n < nuisances; ++n) {
+    const float* const row = &samples[n * k];
+    const float pivot = matrix[n][n];
     for (std::size_t i = 0; i < k; ++i) {
       const float factor = row[i] / pivot;
       for (std::size_t j = i; j < k; ++j) gram_[i * k + j] -= factor * row[j];
-      products_[i] -= factor * constant[axis];
+      products_[i] -= factor * constant[n];
     }
-    for (std::size_t other = axis + 1; other < 3; ++other) {
-      const float factor = matrix[other][axis] / pivot;
-      for (std::size_t m = axis; m < 3; ++m) matrix[other][m] -= factor * matrix[axis][m];
+    for (std::size_t other = n + 1; other < nuisances; ++other) {
+      const float factor = matrix[other][n] / pivot;
+      for (std::size_t m = n; m < nuisances; ++m) matrix[other][m] -= factor * matrix[n][m];
       for (std::size_t i = 0; i < k; ++i) samples[other * k + i] -= factor * row[i];
-      constant[other] -= factor * constant[axis];
+      constant[other] -= factor * constant[n];
     }
   }
 }

@@ -12,12 +12,13 @@ namespace lbea {
 
 inline constexpr std::size_t most_rigs = 16;  // of a RigMatcher
 
-/// Of the last frame that shows something, per node of the observed surface: the distance of a plane through the points
-/// from the estimate, and how it changes with the weights of the estimate's samples. Multiplied by the roots of robust
+/// Of the last frame that shows something, per place of the observed surface: the distance of a plane through the
+/// points from the estimate, along its normal, or at an open edge of the mesh that of the place where the points end,
+/// along the surface; and how it changes with the weights of the estimate's samples. Multiplied by the roots of robust
 /// weights. Planes of x, y and z; 0: not measured.
 struct SurfaceEquations {
-  std::span<const float> shape, normals;   // 3 x stride
-  std::span<const float> distances, rows;  // stride; samples x stride
+  std::span<const float> shape, directions;  // 3 x stride; 4 x stride: the last plane is the length at edges alone
+  std::span<const float> distances, rows;    // stride; samples x stride
   std::size_t samples, nodes, measured;
   float squares;  // the samples' mean squared distance from the estimate
 };
@@ -44,9 +45,9 @@ class SurfaceCorrection {
   /// Adds the frame of another rig, which `other` was begun with, of the same estimate. Does not allocate.
   void join(const SurfaceCorrection& other) noexcept;
   /// Weights of the estimate's samples, whose sum is 1, that bring its observed surface nearer to the points of all
-  /// frames: a Gauss-Newton step on these distances, regularized by ridge regression about the estimate, with a shift
-  /// of the whole component per rig as a nuisance. Empty if the frames show nothing near the estimate. Valid until the
-  /// next begin(). Does not allocate.
+  /// frames: a Gauss-Newton step on these distances, regularized by ridge regression about the estimate. Nuisances
+  /// per rig: a shift of the whole component, and how far before the edges its points end. Empty if the frames show
+  /// nothing near the estimate. Valid until the next begin(). Does not allocate.
   [[nodiscard]] std::span<const float> solve() noexcept;
   /// Valid until the next add().
   [[nodiscard]] SurfaceEquations equations() const noexcept;
@@ -54,22 +55,29 @@ class SurfaceCorrection {
   [[nodiscard]] std::size_t stride() const noexcept { return shapes_.stride(); }
 
  private:
-  /// The unknown shift of a rig's points: normal equations with itself and with the samples' weights.
-  struct Shift {
-    std::array<std::array<float, 3>, 3> matrix;
-    std::array<float, 3> constant;
-    float* samples;  // 3 x k
+  static constexpr std::size_t nuisances = 4;  // shift x, y, z; length lost before edges
+  /// Of a rig: their normal equations with each other and with the samples' weights.
+  struct Nuisances {
+    std::array<std::array<float, nuisances>, nuisances> matrix;
+    std::array<float, nuisances> constant;
+    float* samples;  // nuisances x k
   };
 
   void combine(std::span<const StateBetween> states) noexcept;
   void measure(const Observation& seen) noexcept;
   void measure(std::size_t node, const Observation& seen) noexcept;
+  void measure_edge(std::size_t edge, const Observation& seen) noexcept;
   void weigh_robustly() noexcept;
   [[nodiscard]] float set_rows(std::span<const StateBetween> states) noexcept;
-  void add_products(Shift& shift) noexcept;
-  void eliminate(Shift& shift, float price) noexcept;
+  void add_products(Nuisances& of_rig) noexcept;
+  void eliminate(Nuisances& of_rig, float price) noexcept;
   [[nodiscard]] std::span<const float> weights_for(float price) noexcept;
   [[nodiscard]] std::span<const float> shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept;
+  [[nodiscard]] std::size_t first_edge() const noexcept { return shapes_.nodes() - shapes_.edges(); }
+  [[nodiscard]] std::array<float, 3> at(std::span<const float> planes, std::size_t node) const noexcept {
+    return {planes[node], planes[shapes_.stride() + node], planes[2 * shapes_.stride() + node]};
+  }
+  void set(std::size_t node, const std::array<float, 3>& direction, float distance) noexcept;
   [[nodiscard]] std::span<float> row(std::size_t sample) noexcept {
     return std::span(rows_).subspan(sample * shapes_.stride(), shapes_.stride());
   }
@@ -81,13 +89,13 @@ class SurfaceCorrection {
   std::size_t measured_ = 0, all_measured_ = 0;  // nodes: of the last rig, of all
   std::size_t rigs_ = 0;                         // that show something
   float squares_ = 0;                            // sum of the rigs' set_rows()
-  std::vector<float> buffer_, shape_, normals_;  // of the nodes: x, y and z planes; a normal of 0: not measured
-  std::vector<float> distances_;                 // of the nodes from the planes, along the normals
+  std::vector<float> buffer_, shape_;            // of the nodes: x, y and z planes
+  std::vector<float> directions_, distances_;    // as those of the equations
   std::vector<float> rows_;                      // per sample: changes of these distances with its weight
   std::vector<float> gram_, products_;           // of the samples, all rigs; of the gram the upper half
   std::vector<float> sums_;                      // of a rig
-  std::array<Shift, most_rigs> shifts_{};
-  std::vector<float> of_shifts_;  // their products with the samples
+  std::array<Nuisances, most_rigs> nuisances_{};
+  std::vector<float> of_nuisances_;  // their products with the samples
   std::vector<float> weights_;
   std::vector<double> changes_;
   RidgeProblem ridge_;

@@ -1,6 +1,12 @@
 #include "runtime/src/fit/surface_pose.hpp"
 
 namespace lbea {
+namespace {
+
+/// The weights of the samples, and the length that the points lack before edges.
+std::size_t most_unknowns(const FitSettings& settings) { return settings.most_combined() + std::size_t{1}; }
+
+}  // namespace
 
 [[gnu::cold]]  // compiled for size
 SurfacePose::SurfacePose(const PoseCenter& center, float mesh_noise, std::size_t stride, const FitSettings& settings)
@@ -8,19 +14,21 @@ SurfacePose::SurfacePose(const PoseCenter& center, float mesh_noise, std::size_t
       center_(center),
       noise_(mesh_noise / 3),
       price_(settings.correction_price),
+      shift_(settings.correction_shift * mesh_noise),
       stride_(stride),
       roots_(stride),
-      rows_(settings.most_combined() * stride),
+      rows_(most_unknowns(settings) * stride),
       motions_(6 * stride),
       distances_(stride),
-      gram_(std::size_t{settings.most_combined()} * settings.most_combined()),
-      sums_(settings.most_combined()),
-      products_(7 * settings.most_combined()),
+      gram_(most_unknowns(settings) * most_unknowns(settings)),
+      sums_(most_unknowns(settings)),
+      products_(7 * most_unknowns(settings)),
       solved_(products_.size()),
-      ridge_(settings.most_combined()) {}
+      ridge_(most_unknowns(settings)) {}
 
 PoseMeasurement SurfacePose::measure(const SurfaceEquations& equations, const PoseMotion& calibration) noexcept {
   samples_ = equations.samples;
+  unknowns_ = samples_ + 1;
   const auto [normals, squares] = weigh(equations);
   set_motions(equations);
   add_products();
@@ -50,10 +58,12 @@ SurfacePose::Sums SurfacePose::weigh(const SurfaceEquations& equations) noexcept
     distances_[i] = roots_[i] * equations.distances[i];
     sums.squares += square(distances_[i]);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      sums.normals += square(roots_[i] * equations.normals[axis * stride_ + i]);
+      sums.normals += square(roots_[i] * equations.directions[axis * stride_ + i]);
   }
   for (std::size_t s = 0; s < samples_; ++s)
     for (std::size_t i = 0; i < stride_; ++i) rows_[s * stride_ + i] = roots_[i] * equations.rows[s * stride_ + i];
+  for (std::size_t i = 0; i < stride_; ++i)
+    rows_[samples_ * stride_ + i] = shift_ * roots_[i] * equations.directions[3 * stride_ + i];
   return sums;
 }
 
@@ -64,7 +74,7 @@ void SurfacePose::set_motions(const SurfaceEquations& equations) noexcept {
   };
   const auto arm = static_cast<float>(center_.arm);
   for (std::size_t i = 0; i < stride_; ++i) {
-    auto n = at(equations.normals, i), p = at(equations.shape, i);
+    auto n = at(equations.directions, i), p = at(equations.shape, i);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       n[axis] *= -roots_[i];
       p[axis] = (p[axis] - static_cast<float>(center_.middle[axis])) / arm;
@@ -77,7 +87,7 @@ void SurfacePose::set_motions(const SurfaceEquations& equations) noexcept {
 
 /// Of the samples with each other, with the motions, and with the distances; of the motions with both.
 void SurfacePose::add_products() noexcept {
-  const std::size_t k = samples_;
+  const std::size_t k = unknowns_;
   for (std::size_t i = 0; i < k; ++i) {
     code_.project(rows_.data(), i + 1, stride_, &rows_[i * stride_], sums_.data());
     for (std::size_t j = 0; j <= i; ++j) gram_[j * k + i] = sums_[j];
@@ -91,18 +101,18 @@ void SurfacePose::add_products() noexcept {
   }
 }
 
-/// What the weights of the samples explain, at this price P, is no motion: M'M - M'R (R'R + P)^-1 R'M.
+/// What the unknowns explain, at this price P, is no motion: M'M - M'R (R'R + P)^-1 R'M.
 void SurfacePose::eliminate_weights(float price) noexcept {
-  const auto prices = std::span(sums_).first(samples_);
+  const auto prices = std::span(sums_).first(unknowns_);
   std::ranges::fill(prices, std::max(price, std::numeric_limits<float>::min()));
-  ridge_.factorize(gram_, samples_, prices);
+  ridge_.factorize(gram_, unknowns_, prices);
   for (std::size_t m = 0; m < 7; ++m) {
-    std::copy_n(&products_[m * samples_], samples_, solved(m).begin());
+    std::copy_n(&products_[m * unknowns_], unknowns_, solved(m).begin());
     ridge_.substitute(solved(m));
   }
   for (std::size_t m = 0; m < 6; ++m)
-    for (std::size_t i = 0; i < samples_; ++i) {
-      const double product = double{products_[m * samples_ + i]};
+    for (std::size_t i = 0; i < unknowns_; ++i) {
+      const double product = double{products_[m * unknowns_ + i]};
       for (std::size_t n = 0; n < 6; ++n) information_[6 * m + n] -= product * solved(n)[i];
       sum_[m] -= product * solved(6)[i];
     }

@@ -27,21 +27,21 @@ class SurfacePose {
   void add_products() noexcept;
   void eliminate_weights(float price) noexcept;
   [[nodiscard]] std::span<double> solved(std::size_t m) noexcept {
-    return std::span(solved_).subspan(m * samples_, samples_);
+    return std::span(solved_).subspan(m * unknowns_, unknowns_);
   }
 
   const Kernels& code_;
   PoseCenter center_;
-  float noise_, price_;
-  std::size_t stride_, samples_ = 0;
-  std::vector<float> roots_;           // of the nodes' weights
-  std::vector<float> rows_, motions_;  // per sample, per motion: changes of the distances; weighed
-  std::vector<float> distances_;       // weighed
-  std::vector<float> gram_, sums_;     // of the samples; with one of them, or prices
-  std::vector<float> products_;        // 7 x k: of the motions and the distances with the samples
-  std::vector<double> solved_;         // 7 x k
-  PoseMatrix information_{};           // of the motions; then without what the weights explain
-  PoseMotion sum_{};                   // their products with the distances; the same
+  float noise_, price_, shift_;
+  std::size_t stride_, samples_ = 0, unknowns_ = 0;  // one more unknown: the length lost before edges
+  std::vector<float> roots_;                         // of the nodes' weights
+  std::vector<float> rows_, motions_;                // per unknown, per motion: changes of the distances; weighed
+  std::vector<float> distances_;                     // weighed
+  std::vector<float> gram_, sums_;                   // of the unknowns; with one of them, or prices
+  std::vector<float> products_;                      // 7 x k: of the motions and the distances with the unknowns
+  std::vector<double> solved_;                       // 7 x k
+  PoseMatrix information_{};                         // of the motions; then without what the weights explain
+  PoseMotion sum_{};                                 // their products with the distances; the same
   RidgeProblem ridge_;
 };
 

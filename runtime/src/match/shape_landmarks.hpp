@@ -1,5 +1,5 @@
 // Shapes at a few nodes: of the whole component, hidden parts included, enough for mean distances; or of its observed
-// surface.
+// surface, with the middles of some of its open edges.
 #pragma once
 
 #include "runtime/src/kernels/kernels.hpp"
@@ -9,10 +9,25 @@
 
 namespace lbea {
 
-inline constexpr std::uint32_t most_component_places = 128, most_surface_places = 256;
+inline constexpr std::uint32_t most_component_places = 128, most_surface_places = 256, most_edge_places = 24;
 
 /// Which nodes: at most so many of the whole component, or of the observed surface.
 enum class LandmarkPlaces : std::uint8_t { component, surface };
+
+/// Places at which points are compared. Of the last 3 x edges, the first are the middles of the opposite sides of the
+/// elements at open edges of the mesh, then come a node of each edge, and the middles of the edges.
+struct SurfacePlaces {
+  std::vector<std::array<std::uint32_t, 2>> between;  // two nodes, whose middle is the place; a node itself: twice
+  std::size_t edges = 0;
+
+  [[nodiscard]] static std::array<float, 3> middle(const float* a, const float* b) noexcept {
+    return {0.5f * (a[0] + b[0]), 0.5f * (a[1] + b[1]), 0.5f * (a[2] + b[2])};
+  }
+};
+/// Of the observed surface, whose nodes are `vertex_nodes`, of a mesh of so many nodes.
+[[nodiscard]] SurfacePlaces surface_places(std::span<const std::uint32_t> vertex_nodes,
+                                           std::span<const std::array<std::uint32_t, 4>> element_nodes,
+                                           std::size_t nodes);
 
 class ShapeLandmarks {
  public:
@@ -20,7 +35,8 @@ class ShapeLandmarks {
   explicit ShapeLandmarks(const ModelView& model, LandmarkPlaces places = LandmarkPlaces::component,
                           std::size_t most_bytes = std::size_t{256} << 20);
 
-  [[nodiscard]] std::size_t nodes() const noexcept { return places_.size(); }
+  [[nodiscard]] std::size_t nodes() const noexcept { return places_.between.size(); }
+  [[nodiscard]] std::size_t edges() const noexcept { return places_.edges; }
   /// Floats of a plane, and of a shape: x, y and z planes, padded with zeros to whole 64-byte lines.
   [[nodiscard]] std::size_t stride() const noexcept { return stride_; }
   [[nodiscard]] std::size_t size() const noexcept { return 3 * stride_; }
@@ -34,7 +50,7 @@ class ShapeLandmarks {
 
   const ModelView& model_;
   const Kernels& code_;
-  std::vector<std::uint32_t> places_;  // in a sample's positions
+  SurfacePlaces places_;  // in a sample's positions
   std::size_t stride_;
   std::vector<float> copies_;
 };

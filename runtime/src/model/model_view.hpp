@@ -78,6 +78,7 @@ struct ModelView {
   std::span<const std::array<std::uint32_t, 4>> element_nodes;
   std::span<const float> node_positions;      // s x N x 3
   std::span<const float> landmark_positions;  // s x (surface_landmarks + mesh_landmarks) x 3, or empty
+  std::size_t landmark_edges = 0;             // SurfacePlaces::edges of the surface's landmarks, only while baking
   std::vector<FieldView> fields;
   std::span<const std::uint32_t>
       eroded;  // s x words_of_elements(E), see eroded_elements.hpp; empty: no sample lacks elements

@@ -17,7 +17,8 @@ constexpr float mesh_noise = 0.3f;
 
 /// Nodes around the center whose normals look everywhere; the samples differ at the first half of the nodes alone.
 struct Surface {
-  std::vector<float> shape = std::vector<float>(3 * stride), normals = shape;
+  std::vector<float> shape = std::vector<float>(3 * stride);
+  std::vector<float> directions = std::vector<float>(4 * stride);  // normals; no edges
   std::vector<float> distances = std::vector<float>(stride), rows = std::vector<float>(samples * stride);
 
   explicit Surface(float difference) {
@@ -27,7 +28,7 @@ struct Surface {
       std::array<float, 3> n{normal(random), normal(random), normal(random)};
       const float length = std::hypot(n[0], n[1], n[2]);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        normals[axis * stride + i] = n[axis] / length;
+        directions[axis * stride + i] = n[axis] / length;
         shape[axis * stride + i] = static_cast<float>(center.middle[axis]) + 40 * normal(random);
       }
       if (i < stride / 2)
@@ -41,7 +42,7 @@ struct Surface {
       std::array<double, 3> p{}, n{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         p[axis] = (double{shape[axis * stride + i]} - center.middle[axis]) / center.arm;
-        n[axis] = double{normals[axis * stride + i]};
+        n[axis] = double{directions[axis * stride + i]};
       }
       const double turned[] = {motion[1] * p[2] - motion[2] * p[1], motion[2] * p[0] - motion[0] * p[2],
                                motion[0] * p[1] - motion[1] * p[0]};
@@ -52,7 +53,7 @@ struct Surface {
 
   [[nodiscard]] PoseMeasurement measured() const {
     SurfacePose pose(center, mesh_noise, stride, FitSettings{});
-    return pose.measure({shape, normals, distances, rows, samples, stride, stride, 1}, calibration);
+    return pose.measure({shape, directions, distances, rows, samples, stride, stride, 1}, calibration);
   }
 };
 
@@ -115,6 +116,26 @@ TEST_CASE("the covariance is that of the measured motions") {
   CHECK(ratio == doctest::Approx(expected).epsilon(0.1));
 }
 
+TEST_CASE("a strip that the cloud lacks along all edges is no motion") {
+  for (const bool knows_edges : {true, false}) {
+    Surface surface(0);
+    for (std::size_t i = 0; i < stride; ++i) {
+      const std::size_t kind = i % 4;  // a plane across z; edges at the end of x, at both sides in y
+      const std::array<float, 3> direction{kind == 1 ? 1.0f : 0.0f, kind == 2 ? 1.0f : (kind == 3 ? -1.0f : 0.0f),
+                                           kind == 0 ? 1.0f : 0.0f};
+      for (std::size_t axis = 0; axis < 3; ++axis) surface.directions[axis * stride + i] = direction[axis];
+      surface.directions[3 * stride + i] = kind != 0 && knows_edges ? 1.0f : 0.0f;
+      surface.distances[i] = kind != 0 ? -1.0f : 0.0f;
+    }
+    const double shift = surface.measured().motion[3];  // x
+    CAPTURE(shift);
+    if (knows_edges)
+      CHECK(std::abs(shift) < 0.1);
+    else
+      CHECK(shift > 0.5);
+  }
+}
+
 // Rounded sums made motions across the normal of a tilted plane of 1e26 length units.
 TEST_CASE("a plane tells its shift along the normal and no other") {
   std::mt19937 random(5);
@@ -126,7 +147,7 @@ TEST_CASE("a plane tells its shift along the normal and no other") {
       const float along = normal[0] * surface.shape[i] + normal[1] * surface.shape[stride + i] +
                           normal[2] * surface.shape[2 * stride + i];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        surface.normals[axis * stride + i] = normal[axis];
+        surface.directions[axis * stride + i] = normal[axis];
         surface.shape[axis * stride + i] -= along * normal[axis];  // onto the plane
       }
       surface.distances[i] = 0.3f + noise(random);
