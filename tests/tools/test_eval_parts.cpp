@@ -252,6 +252,30 @@ TEST_CASE("a connected patch hides the points that are nearest to its place") {
   CHECK(disturbed({}, connected, 7).empty());
 }
 
+TEST_CASE("windows of stereo matching smear depth steps and lose edges") {
+  bake::StereoSensor sensor;
+  sensor.focal_px = 100, sensor.width_px = 60, sensor.height_px = 40;
+  std::vector<Point> points;  // pixels 10 to 49 of all rows; a step of 100 behind column 30
+  for (int row = 0; row < 40; ++row)
+    for (int column = 10; column < 50; ++column) {
+      const float z = column < 30 ? 500.0f : 600.0f, f = 100;
+      points.push_back({(static_cast<float>(column) - 29.5f) / f * z, (static_cast<float>(row) - 19.5f) / f * z, z});
+    }
+  std::size_t in_middle = 0;
+  for (const Point& p : smeared(points, sensor, 5)) {
+    const auto column = static_cast<int>(std::floor(100 * p.x / p.z + 30)),
+               row = static_cast<int>(std::floor(100 * p.y / p.z + 20));
+    if (row != 20) continue;
+    ++in_middle;
+    CHECK(column >= 11);  // a window with its middle at 10 has three of its five columns
+    CHECK(column <= 48);
+    const int behind = std::clamp(column + 3 - 30, 0, 5);  // columns of the window
+    CHECK(p.z == doctest::Approx(500 + 20 * behind));
+  }
+  CHECK(in_middle == 38);
+  CHECK(smeared({}, sensor, 5).empty());
+}
+
 TEST_CASE("in folds every run is an experiment once") {
   const auto splits = folds(7, 3, 5);
   REQUIRE(splits.size() == 3);

@@ -22,6 +22,7 @@ std::vector<Disturbance> robustness_rows() {
           {.name = "30 % hidden by one patch, the same place for the test", .connected = 0.3, .same_place = true},
           {.name = "2 % outliers", .outliers = 0.02f},
           {.name = "0.5 noise", .noise = 0.5f},
+          {.name = "smeared by windows of 11 pixels", .window = 11},
           {.name = "a third of the points", .kept = 1.0 / 3},
           {.name = "3 degrees of pose error", .pose_error_deg = 3},
           {.name = "5 of pose error", .pose_error = 5},
@@ -52,8 +53,8 @@ void choose_experiments(const EnsembleArguments& arguments, EvaluationPlan& plan
 }
 
 bool disturbs(const Disturbance& own) {
-  return own.hidden > 0 || own.connected > 0 || own.kept < 1 || own.pose_error_deg > 0 || own.pose_error > 0 ||
-         own.noise || own.outliers;
+  return own.hidden > 0 || own.connected > 0 || own.window > 0 || own.kept < 1 || own.pose_error_deg > 0 ||
+         own.pose_error > 0 || own.noise || own.outliers;
 }
 
 EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
@@ -100,6 +101,7 @@ void declare_disturbance(CommandLine& app, Disturbance& own) {
   app.add_flag("--same-place", own.same_place, "the connected patch stays at one place for the whole test")
       ->needs(connected)
       ->group("An additional round of disturbed frames");
+  add("--smear", own.window, 99, "pixels: side of the matched windows, which smear depths and lose edges");
   add("--thin", own.kept, 1, "share of the points that remain");
   add("--pose-error", own.pose_error_deg, 180, "turn in degrees about a random axis through the component's middle");
   add("--shift", own.pose_error, 1e6, "shift in a random direction, length unit");

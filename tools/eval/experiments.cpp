@@ -274,6 +274,80 @@ std::vector<Point> hide_nearest(std::vector<Point> points, double share, const P
   return points;
 }
 
+namespace {
+
+/// Sums over the pixels above and to the left, which give the sum over a box of pixels by four of them.
+class PixelSums {
+ public:
+  explicit PixelSums(const bake::StereoSensor& sensor)
+      : sensor_(sensor), sums_((std::size_t{sensor.width_px} + 1) * (sensor.height_px + 1)) {}
+  struct Sum {
+    double depths = 0, points = 0;
+  };
+  void add(const Point& p) {
+    const auto [column, row] = pixel(p);
+    if (column < 0 || row < 0 || column >= width() || row >= height()) return;
+    Sum& sum = at(column + 1, row + 1);
+    sum.depths += double{p.z};
+    sum.points += 1;
+  }
+  void finish() {
+    const auto add_to = [](Sum& sum, const Sum& other, double sign) {
+      sum.depths += sign * other.depths;
+      sum.points += sign * other.points;
+    };
+    for (int row = 1; row <= height(); ++row)
+      for (int column = 1; column <= width(); ++column) {
+        Sum& sum = at(column, row);
+        add_to(sum, at(column - 1, row), 1);
+        add_to(sum, at(column, row - 1), 1);
+        add_to(sum, at(column - 1, row - 1), -1);
+      }
+  }
+  /// Over a square of pixels around the point's.
+  [[nodiscard]] Sum around(const Point& p, int side) {
+    const auto [column, row] = pixel(p);
+    const int left = std::clamp(column - side / 2, 0, width()),
+              right = std::clamp(column - side / 2 + side, 0, width()), top = std::clamp(row - side / 2, 0, height()),
+              bottom = std::clamp(row - side / 2 + side, 0, height());
+    const Sum &a = at(right, bottom), &b = at(left, bottom), &c = at(right, top), &d = at(left, top);
+    return {a.depths - b.depths - c.depths + d.depths, a.points - b.points - c.points + d.points};
+  }
+
+ private:
+  [[nodiscard]] int width() const { return static_cast<int>(sensor_.width_px); }
+  [[nodiscard]] int height() const { return static_cast<int>(sensor_.height_px); }
+  Sum& at(int column, int row) {
+    return sums_[static_cast<std::size_t>(row) * (sensor_.width_px + 1) + static_cast<std::size_t>(column)];
+  }
+  [[nodiscard]] std::pair<int, int> pixel(const Point& p) const {
+    const auto place = [&](float across, std::uint32_t size) {
+      return static_cast<int>(std::floor(sensor_.focal_px * across / p.z + 0.5f * static_cast<float>(size)));
+    };
+    return {place(p.x, sensor_.width_px), place(p.y, sensor_.height_px)};
+  }
+
+  bake::StereoSensor sensor_;
+  std::vector<Sum> sums_;
+};
+
+}  // namespace
+
+std::vector<Point> smeared(std::vector<Point> points, const bake::StereoSensor& sensor, std::uint32_t window) {
+  constexpr double least_full = 0.75;
+  PixelSums sums(sensor);
+  for (const Point& p : points) sums.add(p);
+  sums.finish();
+  std::vector<Point> kept;
+  for (const Point& p : points) {
+    const auto [depths, count] = sums.around(p, static_cast<int>(window));
+    if (count < least_full * window * window) continue;
+    const auto scale = static_cast<float>(depths / count / double{p.z});
+    kept.push_back({scale * p.x, scale * p.y, scale * p.z});
+  }
+  return kept;
+}
+
 Point any_of_them(std::span<const Point> points, std::uint64_t seed) {
   return points[static_cast<std::size_t>(Sequence(seed).next() * static_cast<double>(points.size()))];
 }

@@ -47,6 +47,7 @@ struct Disturbance {
   double hidden = 0;                // share of the points that patches hide
   double connected = 0;       // share of the points that one connected patch hides, at another place in every frame
   bool same_place = false;    // the connected patch stays at one place for the whole test
+  std::uint32_t window = 0;   // pixels: side of the windows that smear depths and lose edges; 0: none
   double kept = 1;            // share of the points, chosen at random
   double pose_error_deg = 0;  // remaining after registration: a turn about the component's middle
   double pose_error = 0;      // and a shift, length unit; both the same for the whole test, in random directions
@@ -62,6 +63,12 @@ struct Disturbance {
 
 /// Removes the `share` of the points that is nearest to `place`.
 [[nodiscard]] std::vector<Point> hide_nearest(std::vector<Point> points, double share, const Point& place);
+
+/// The points as stereo matching of windows of this many pixels measures them: a point has the mean depth of those in
+/// its window, whatever surface they lie on, and is lost near an edge, where less than three quarters of its window is
+/// full.
+[[nodiscard]] std::vector<Point> smeared(std::vector<Point> points, const bake::StereoSensor& sensor,
+                                         std::uint32_t window);
 
 /// Keeps every point with probability `share`.
 [[nodiscard]] std::vector<Point> thin(std::vector<Point> points, double share, std::uint64_t seed);

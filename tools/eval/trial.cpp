@@ -143,6 +143,8 @@ class Test {
     const std::uint64_t seed = bake::frame_seed(settings_.seed + number, step);
     rig.points = rig.sensor.sense({state_.positions, exposed_elements(reader_->mesh(), state_.alive)}, rig.noise, seed);
     if (number > 0 && settings_.disturbs_first_rig_alone) return;
+    if (settings_.disturbance.window > 0)
+      rig.points = tool::smeared(std::move(rig.points), rig.sensor.sensor(), settings_.disturbance.window);
     if (settings_.disturbance.same_place && !rig.hidden_place && !rig.points.empty())
       rig.hidden_place = any_of_them(rig.points, seed);
     rig.points = tool::disturbed(std::move(rig.points), settings_.disturbance, seed, rig.hidden_place);
