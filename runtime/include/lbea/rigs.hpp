@@ -33,7 +33,8 @@ struct RigResult : FitNumbers, FrameNumbers {
 
 /// Threads of the caller that share the work of a capture.
 struct RigThreads {
-  /// Calls part(work, i) for each i < parts, on any threads, and returns when all have returned. Must not throw.
+  /// Calls part(work, i) for each i < parts, at the same time on any threads, and returns when all have returned and
+  /// the caller sees what they wrote. It must not throw: what it throws ends the process.
   void (*run)(void* threads, std::size_t parts, void (*part)(const void* work, std::size_t i),
               const void* work) = nullptr;
   void* threads = nullptr;
@@ -64,7 +65,8 @@ class LBEA_API RigMatcher {
   /// Of the last capture.
   [[nodiscard]] std::span<const RigResult> rigs() const noexcept;
 
-  /// combine() divides what it does rig by rig among these threads; the results are the same. Call it between captures.
+  /// combine() gives each of these threads, which must remain, the work of some rigs; the results are the same. Call it
+  /// between captures.
   void use_threads(const RigThreads& threads) noexcept;
   /// The poses are exact: their errors are neither estimated nor corrected. Call it between captures.
   void fix_poses() noexcept;

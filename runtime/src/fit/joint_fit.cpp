@@ -198,8 +198,8 @@ double JointFitter::lag_of(std::size_t rig, double step_s) noexcept {
     for (std::size_t j = 0; j < gram.size(); ++j)
       squares[i] += double{shares[j / shares.size()] * shares[j % shares.size()]} * double{gram[j]};
   }
-  const double lag_s = step_s / 2 * (squares[0] - squares[2]) / (squares[0] - 2 * squares[1] + squares[2]);
-  return std::abs(lag_s) < step_s ? lag_s : std::numeric_limits<double>::quiet_NaN();
+  if (!(squares[1] < squares[0] && squares[1] < squares[2])) return std::numeric_limits<double>::quiet_NaN();
+  return step_s / 2 * (squares[0] - squares[2]) / (squares[0] - 2 * squares[1] + squares[2]);
 }
 
 /// By as many candidates as for one rig: more of them take longer and give no better pose.

@@ -34,10 +34,10 @@ class JointFitter {
   [[nodiscard]] const PoseBelief& pose_of(std::size_t rig, const PoseBelief& prior) noexcept;
 
   /// After all others: by how much the frame of a rig is later than the evidence says, s, by the combination of the
-  /// candidates at other times. Not a number if it is a step or more, or the times look alike. As pose_of().
+  /// candidates at other times. Not a number if it is half a step or more, or the times look alike. As pose_of().
   [[nodiscard]] double lag_of(std::size_t rig, double step_s) noexcept;
 
-  /// fit() and correct() divide what they do rig by rig among these threads.
+  /// fit() and correct() give each of these threads the work of some rigs.
   void use(const RigThreads& threads) noexcept { threads_ = threads; }
   /// Calls part(i) for each i < parts, on these threads.
   template <class Part>

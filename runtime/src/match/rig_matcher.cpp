@@ -66,10 +66,10 @@ MatchResult RigMatcher::State::combine() noexcept {
     result.fit.error_90 = FitNumbers{}.error_90;
   else
     fitter.correct(result.fit);
+  if (fitter.is_explained() && !is_contradicted()) refine_clocks();
   result.elapsed_ns.fit += watch.lap_ns();
   result.coverage = fitter.shown_share();
   result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
-  if (fitter.is_explained() && !is_contradicted()) refine_clocks();
   remember(result);
   publish(result);
   return result;
@@ -169,7 +169,7 @@ void RigMatcher::State::compare_clocks() noexcept {
 
 /// As before, if one of the rigs has not seen the impact. Clocks are regarded as synchronized if they differ by less
 /// than the interval between states or by less than what the frames tell. Impacts that are farther apart than a
-/// simulation lasts are not the same one. The frames after it tell more, unless it seems to have been elsewhere since.
+/// simulation lasts are not the same one. The frames after the impact tell more, unless they contradict it.
 std::int64_t RigMatcher::State::correction_ns(std::size_t rig) noexcept {
   constexpr double least_deviations = 2;
   ClockMeasurements& measured = measured_clocks[rig];
@@ -180,14 +180,14 @@ std::int64_t RigMatcher::State::correction_ns(std::size_t rig) noexcept {
   const double deviation_s = std::sqrt(std::max(first.variance, own.variance));
   const double least_s = std::max(times.interval_s, least_deviations * deviation_s);
   const bool differs = std::abs(behind_s) >= least_s && std::abs(behind_s) <= times.duration_s;
-  const double measured_s = measured.sum_s / measured.count;
+  const double measured_s = measured.sum_s / measured.count;  // not a number without measurements
   if (differs && std::abs(measured_s - behind_s) < least_s) return std::llround(ns_per_s * measured_s);
   measured = {};
   return differs ? std::llround(ns_per_s * behind_s) : 0;
 }
 
 /// By the frames in the first half of the simulations: the same combination of samples is moved to where it explains
-/// each rig's frame best. What an unseen run does earlier or later than the samples, it does for all rigs.
+/// each rig's frame best. If an unseen run deforms earlier or later than the samples, all rigs see that.
 void RigMatcher::State::refine_clocks() noexcept {
   if (!results[0].is_used || fitter.time().mean_s - joint_history.impact_s > times.duration_s / 2) return;
   if (std::ranges::count(corrections_ns, 0) == std::ssize(corrections_ns)) return;

@@ -51,7 +51,7 @@ class RigEngine : public TestEngine {
   virtual void match_alone(std::size_t rig, const Frame& frame) noexcept = 0;
   /// The spans of the result are valid until the next call.
   virtual MatchResult combine() noexcept = 0;
-  /// combine() divides its work among these threads. Call it between captures.
+  /// See RigMatcher.
   virtual void use_threads(const RigThreads&) noexcept {}
   [[nodiscard]] virtual std::span<const RigResult> rigs() const noexcept = 0;
 };
