@@ -82,6 +82,14 @@ void SimplexProblem::project(std::span<float> values, std::span<const float> pre
   for (float& value : values) value = std::max(value - greatest - shift, 0.0f);
 }
 
+void add_products(const Kernels& code, const float* rows, std::size_t k, std::size_t stride, float scale,
+                  std::span<float> sums, std::span<float> gram) noexcept {
+  for (std::size_t i = 0; i < k; ++i) {
+    code.project(rows, i + 1, stride, rows + i * stride, sums.data());
+    for (std::size_t j = 0; j <= i; ++j) gram[j * k + i] += scale * sums[j];
+  }
+}
+
 // With w = w0 + d: (G + P) d = -G w0 - mu 1, and mu such that sum d = 0.
 void RidgeProblem::solve(std::span<const float> gram, std::size_t stride, std::span<const float> prices,
                          std::span<float> w) noexcept {

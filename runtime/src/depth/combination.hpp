@@ -1,6 +1,8 @@
 // Least squares for the weights of a combination of samples, and their settings.
 #pragma once
 
+#include "runtime/src/kernels/kernels.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +24,11 @@ class SimplexProblem {
 
   std::vector<float> w_, ahead_, next_;
 };
+
+/// Adds `scale` times the products of k rows with each other to the upper half of `gram`, k x k. rows: k x stride;
+/// sums: space for k floats. Does not allocate.
+void add_products(const Kernels& code, const float* rows, std::size_t k, std::size_t stride, float scale,
+                  std::span<float> sums, std::span<float> gram) noexcept;
 
 /// Minimizes w' G w + (w - w0)' P (w - w0) subject to sum w = 1, P diagonal: ridge regression about w0, by a Cholesky
 /// factorization.

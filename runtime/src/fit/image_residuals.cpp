@@ -84,13 +84,9 @@ void ImageResiduals::gather() noexcept {
 
 void ImageResiduals::add_products(float scale, std::span<float> gram) noexcept {
   const std::size_t stride = cells_of_line * lines_.size();
-  for (std::size_t i = 0; i < count_; ++i) {
-    code_.project(gathered_.data(), i + 1, stride, &gathered_[i * stride], products_.data());
-    for (std::size_t j = 0; j <= i; ++j) {
-      gram[i * count_ + j] += scale * products_[j];
-      gram[j * count_ + i] = gram[i * count_ + j];
-    }
-  }
+  lbea::add_products(code_, gathered_.data(), count_, stride, scale, products_, gram);
+  for (std::size_t i = 0; i < count_; ++i)
+    for (std::size_t j = 0; j < i; ++j) gram[i * count_ + j] = gram[j * count_ + i];
 }
 
 void ImageResiduals::complete(std::span<const float> shares) noexcept {

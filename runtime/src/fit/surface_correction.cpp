@@ -244,7 +244,7 @@ void SurfaceCorrection::measure(std::size_t node, const Observation& seen) noexc
   constexpr float fewest = 4;                             // points, weighted
   constexpr float off_center = 0.25f;                     // in widths: the points of an edge lie on one side
   const auto& T = seen.camera.T_reference_sensor;
-  Vector sight = at(shape_, node), place = sight;
+  Vector sight = vector_at(shape_, shapes_.stride(), node), place = sight;
   for (std::size_t k = 0; k < 3; ++k) sight[k] -= T[4 * k + 3];  // from the eye
   const float depth = dot(sight, {T[2], T[6], T[10]}), cell = depth / seen.camera.focal;
   const float farther = depth_at(sight, depth, seen) - depth;
@@ -269,11 +269,12 @@ void SurfaceCorrection::measure_edge(std::size_t edge, const Observation& seen) 
   constexpr float farthest = 1, step = 0.5f, rounding = 1e-3f;  // in cells
   constexpr int most_places = 5;
   const std::size_t node = first_edge() + edge, corner = node - shapes_.edges(), opposite = corner - shapes_.edges();
-  const Vector normal = at(directions_, opposite), outer = at(shape_, node);
+  const Vector normal = vector_at(directions_, shapes_.stride(), opposite),
+               outer = vector_at(shape_, shapes_.stride(), node);
   if (dot(normal, normal) == 0) return;
   const auto& T = seen.camera.T_reference_sensor;
   float depth = 0;
-  Vector side = at(shape_, corner), along = outer, place = outer;
+  Vector side = vector_at(shape_, shapes_.stride(), corner), along = outer, place = outer;
   for (std::size_t k = 0; k < 3; ++k) {
     depth += (outer[k] - T[4 * k + 3]) * T[4 * k + 2];
     side[k] = outer[k] - side[k];
@@ -297,7 +298,8 @@ void SurfaceCorrection::measure_edge(std::size_t edge, const Observation& seen) 
   }
 }
 
-/// Multiplies the equations by the roots of Cauchy weights. A length that all edges lack is no outlier.
+/// Multiplies the equations by the roots of Cauchy weights: of planes by their distances, of edges by the deviations
+/// from their median, because a strip that is missing along all edges is no outlier.
 void SurfaceCorrection::weigh_robustly() noexcept {
   constexpr float means = 1.5f, least = std::numeric_limits<float>::min();
   const std::size_t stride = shapes_.stride();
@@ -344,10 +346,7 @@ float SurfaceCorrection::set_rows(std::span<const StateBetween> states) noexcept
 /// Adds the rig's normal equations. The columns of its nuisances are the planes of the directions.
 void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
   const std::size_t k = estimate_->samples().size(), stride = shapes_.stride();
-  for (std::size_t i = 0; i < k; ++i) {
-    code_.project(rows_.data(), i + 1, stride, row(i).data(), sums_.data());
-    for (std::size_t j = 0; j <= i; ++j) gram_[j * k + i] += sums_[j];
-  }
+  lbea::add_products(code_, rows_.data(), k, stride, 1, sums_, gram_);
   code_.project(rows_.data(), k, stride, distances_.data(), sums_.data());
   for (std::size_t i = 0; i < k; ++i) products_[i] += sums_[i];
   for (std::size_t n = 0; n < nuisances; ++n) {
@@ -358,9 +357,9 @@ void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
   }
 }
 
-/// A shift of the whole component is an error of the rig's pose, and the strip that it loses along edges one of the
-/// rig, not a deformation: these unknowns are eliminated from the normal equations. shift_ of one costs as much as a
-/// weight of 1.
+/// A shift of the whole component is an error of the rig's pose, and a strip that is missing along edges is an error of
+/// its measurement. Neither is a deformation, so both are eliminated from the normal equations. A shift or a strip of
+/// shift_ costs as much as a weight of 1.
 void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
   const std::size_t k = estimate_->samples().size();
   auto& [matrix, constant, samples] = of_rig;

@@ -23,6 +23,11 @@ struct SurfaceEquations {
   float squares;  // the samples' mean squared distance from the estimate
 };
 
+/// Of planes of x, y and z.
+inline std::array<float, 3> vector_at(std::span<const float> planes, std::size_t stride, std::size_t i) noexcept {
+  return {planes[i], planes[stride + i], planes[2 * stride + i]};
+}
+
 class SurfaceCorrection {
  public:
   /// Keeps a reference to the model. mesh_noise: of the metric, length unit. Allocates all memory.
@@ -74,9 +79,6 @@ class SurfaceCorrection {
   [[nodiscard]] std::span<const float> weights_for(float price) noexcept;
   [[nodiscard]] std::span<const float> shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept;
   [[nodiscard]] std::size_t first_edge() const noexcept { return shapes_.nodes() - shapes_.edges(); }
-  [[nodiscard]] std::array<float, 3> at(std::span<const float> planes, std::size_t node) const noexcept {
-    return {planes[node], planes[shapes_.stride() + node], planes[2 * shapes_.stride() + node]};
-  }
   void set(std::size_t node, const std::array<float, 3>& direction, float distance) noexcept;
   [[nodiscard]] std::span<float> row(std::size_t sample) noexcept {
     return std::span(rows_).subspan(sample * shapes_.stride(), shapes_.stride());

@@ -69,12 +69,9 @@ SurfacePose::Sums SurfacePose::weigh(const SurfaceEquations& equations) noexcept
 
 /// The distances change against the motion that the cloud lacks: -n . (w x p / arm + v), p from the middle.
 void SurfacePose::set_motions(const SurfaceEquations& equations) noexcept {
-  const auto at = [&](std::span<const float> planes, std::size_t i) {
-    return std::array{planes[i], planes[stride_ + i], planes[2 * stride_ + i]};
-  };
   const auto arm = static_cast<float>(center_.arm);
   for (std::size_t i = 0; i < stride_; ++i) {
-    auto n = at(equations.directions, i), p = at(equations.shape, i);
+    auto n = vector_at(equations.directions, stride_, i), p = vector_at(equations.shape, stride_, i);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       n[axis] *= -roots_[i];
       p[axis] = (p[axis] - static_cast<float>(center_.middle[axis])) / arm;
@@ -88,10 +85,8 @@ void SurfacePose::set_motions(const SurfaceEquations& equations) noexcept {
 /// Of the samples with each other, with the motions, and with the distances; of the motions with both.
 void SurfacePose::add_products() noexcept {
   const std::size_t k = unknowns_;
-  for (std::size_t i = 0; i < k; ++i) {
-    code_.project(rows_.data(), i + 1, stride_, &rows_[i * stride_], sums_.data());
-    for (std::size_t j = 0; j <= i; ++j) gram_[j * k + i] = sums_[j];
-  }
+  std::fill_n(gram_.begin(), k * k, 0.0f);
+  lbea::add_products(code_, rows_.data(), k, stride_, 1, sums_, gram_);
   std::array<float, 7> of_motion{};
   for (std::size_t m = 0; m < 7; ++m) {
     const float* const one = m < 6 ? &motions_[m * stride_] : distances_.data();
