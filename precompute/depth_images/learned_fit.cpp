@@ -415,10 +415,9 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   };
   source.most_points = renderer.most_points();
   source.grid = envelope_grid(model.view().envelope);
-  const ModelView& view = model.view();  // with landmarks, no edges are measured
-  source.surface = surface_places(view.references.front().vertex_nodes,
-                                  view.landmark_positions.empty() ? view.element_nodes : decltype(view.element_nodes)(),
-                                  view.info.nodes);
+  const ModelView& view = model.view();
+  source.surface = surface_places(view.references.front().vertex_nodes, view.element_nodes, view.info.nodes,
+                                  !view.landmark_positions.empty());
   return rendered_views(model, std::move(source), render, threads, progress);
 }
 

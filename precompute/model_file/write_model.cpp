@@ -176,12 +176,10 @@ void add_points(const BakePlan& plan, const ModelWriter& writer, std::shared_ptr
 }
 
 /// What compares points with the samples: places of the observed surface, and the cells of the envelope.
-/// As the runtime's: of models with landmarks, no edges are measured.
 void add_surface(const ReferenceBasis& first, const CommonMesh& mesh, bool has_landmarks, const EnvelopeGrid& envelope,
                  SampleSource& source) {
   source.grid = envelope_grid({envelope.corner, envelope.edge, envelope.cells, envelope.bits});
-  source.surface = surface_places(first.vertex_nodes, has_landmarks ? decltype(mesh.elements)() : mesh.elements,
-                                  mesh.node_ids.size());
+  source.surface = surface_places(first.vertex_nodes, mesh.elements, mesh.node_ids.size(), has_landmarks);
 }
 
 /// The depth images of further rigs, rendered of the samples that are written.

@@ -30,7 +30,7 @@ SurfacePlaces chosen_places(const ModelView& model, bool is_surface) {
                    [&](std::uint32_t one) { return format::part_begin(one, mesh, model.info.nodes); }),
             0};
   if (model.references.empty()) return {};
-  return surface_places(model.references.front().vertex_nodes, model.element_nodes, model.info.nodes);
+  return surface_places(model.references.front().vertex_nodes, model.element_nodes, model.info.nodes, false);
 }
 
 struct OpenEdge {
@@ -68,10 +68,12 @@ std::vector<OpenEdge> open_edges(std::span<const std::array<std::uint32_t, 4>> e
 }  // namespace
 
 SurfacePlaces surface_places(std::span<const std::uint32_t> vertex_nodes,
-                             std::span<const std::array<std::uint32_t, 4>> element_nodes, std::size_t nodes) {
+                             std::span<const std::array<std::uint32_t, 4>> element_nodes, std::size_t nodes,
+                             bool has_landmarks) {
   std::vector<bool> is_observed(nodes);
   for (const std::uint32_t node : vertex_nodes) is_observed[node] = true;
-  const std::vector<OpenEdge> open = open_edges(element_nodes, is_observed);
+  std::vector<OpenEdge> open;
+  if (!has_landmarks) open = open_edges(element_nodes, is_observed);
   const auto edges = std::min(static_cast<std::uint32_t>(open.size()), most_edge_places);
   SurfacePlaces places{spread(most_surface_places - 3 * edges, static_cast<std::uint32_t>(vertex_nodes.size()),
                               [&](std::uint32_t one) { return vertex_nodes[one]; }),

@@ -24,10 +24,11 @@ struct SurfacePlaces {
     return {0.5f * (a[0] + b[0]), 0.5f * (a[1] + b[1]), 0.5f * (a[2] + b[2])};
   }
 };
-/// Of the observed surface, whose nodes are `vertex_nodes`, of a mesh of so many nodes.
+/// Of the observed surface, whose nodes are `vertex_nodes`, of a mesh of so many nodes. No edges if the model stores
+/// landmarks, which do not include them.
 [[nodiscard]] SurfacePlaces surface_places(std::span<const std::uint32_t> vertex_nodes,
                                            std::span<const std::array<std::uint32_t, 4>> element_nodes,
-                                           std::size_t nodes);
+                                           std::size_t nodes, bool has_landmarks);
 
 class ShapeLandmarks {
  public:

@@ -122,7 +122,7 @@ TEST_CASE("open edges are those of one element, quads or triangles, with the ele
   // A strip of two quads and a triangle at its end; node 7 is observed by no camera.
   const std::vector<std::array<std::uint32_t, 4>> elements{{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 6, 5, 5}, {0, 7, 1, 1}};
   const std::vector<std::uint32_t> observed{0, 1, 2, 3, 4, 5, 6};
-  const SurfacePlaces places = surface_places(observed, elements, 8);
+  const SurfacePlaces places = surface_places(observed, elements, 8, false);
   std::vector<std::array<std::array<std::uint32_t, 2>, 2>> found;  // edge, opposite
   for (std::size_t i = 0; i < places.edges; ++i) {
     const auto* const of_edges = &places.between[places.between.size() - 3 * places.edges];
@@ -133,6 +133,7 @@ TEST_CASE("open edges are those of one element, quads or triangles, with the ele
     for (auto& both : sorted) std::ranges::sort(both);
     found.push_back(sorted);
   }
+  CHECK(surface_places(observed, elements, 8, true).edges == 0);
   std::ranges::sort(found);
   CHECK(found == std::vector<std::array<std::array<std::uint32_t, 2>, 2>>{{{{0, 3}, {1, 4}}},
                                                                           {{{1, 2}, {4, 5}}},
