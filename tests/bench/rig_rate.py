@@ -3,7 +3,6 @@ import json
 import pathlib
 import random
 import shutil
-import struct
 import subprocess
 import sys
 import time
