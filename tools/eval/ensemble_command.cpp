@@ -101,7 +101,8 @@ void declare_disturbance(CommandLine& app, Disturbance& own) {
   app.add_flag("--same-place", own.same_place, "the connected patch stays at one place for the whole test")
       ->needs(connected)
       ->group("An additional round of disturbed frames");
-  add("--smear", own.window, 99, "pixels: side of the matched windows, which smear depths and lose edges");
+  add("--smear", own.window, 99,
+      "side in pixels of the windows of stereo matching, which smear depths and lose points at edges");
   add("--thin", own.kept, 1, "share of the points that remain");
   add("--pose-error", own.pose_error_deg, 180, "turn in degrees about a random axis through the component's middle");
   add("--shift", own.pose_error, 1e6, "shift in a random direction, length unit");
