@@ -9,7 +9,7 @@
 set -euo pipefail
 purpose=${1:-test}
 demo=(
-  build-essential cmake ninja-build pkg-config
+  clang cmake ninja-build patch pkg-config         # clang compiles in half the time that GCC takes
   libxxhash-dev                                    # runtime: checksums, header-only
   libeigen3-dev libnanoflann-dev                   # bake: matrices, k-d tree
   cppzmq-dev libzmq3-dev libsodium-dev             # ZeroMQ; its source is patched and built (third_party/zmq)
@@ -27,7 +27,7 @@ monitor=(
 # Node.js may be installed from another source than Debian.
 command -v npm >/dev/null && command -v node >/dev/null || monitor+=(nodejs npm)
 build=(
-  "${monitor[@]}" "${picture[@]}" git
+  "${monitor[@]}" "${picture[@]}" build-essential git
   python3-matplotlib                               # figures of evaluations
   libbenchmark-dev                                 # benchmark of single loops
   libhdf5-dev                                      # VTKHDF files; without it they are refused

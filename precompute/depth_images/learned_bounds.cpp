@@ -60,7 +60,7 @@ std::vector<std::size_t> samples_of(std::initializer_list<std::span<const FrameE
         for (const auto& [sample, weight] : *weighted) samples.push_back(sample);
     }
   std::ranges::sort(samples);
-  samples.erase(std::ranges::unique(samples).begin(), samples.end());
+  samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
   return samples;
 }
 

@@ -207,9 +207,10 @@ ShapeTraining::Regression ShapeTraining::regress(std::span<const std::size_t> sa
 
 /// Its first training image, and their number.
 std::pair<Index, Index> ShapeTraining::images_of(std::uint32_t simulation) const {
-  const auto found = std::ranges::equal_range(trained_, simulation, {},
-                                              [this](std::size_t sample) { return samples_[sample].simulation; });
-  return {found.begin() - trained_.begin(), std::ssize(found)};
+  const auto simulation_of = [this](std::size_t sample) { return samples_[sample].simulation; };
+  const auto first = std::ranges::lower_bound(trained_, simulation, {}, simulation_of);
+  const auto end = std::ranges::upper_bound(first, trained_.end(), simulation, {}, simulation_of);
+  return {first - trained_.begin(), end - first};
 }
 
 TrainedShapes ShapeTraining::train() const {

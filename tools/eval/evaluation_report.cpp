@@ -6,8 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <ranges>
-
 namespace lbea::tool {
 namespace {
 
@@ -112,7 +110,9 @@ std::string frames_csv(const Evaluation& evaluation) {
 /// Of the reference that is used for a frame at the time of the sample.
 std::array<float, 3> leading_coordinates(const Model& model, std::uint32_t sample) {
   const auto apart = [&](std::uint32_t r) { return std::abs(model.reference_time_s(r) - model.sample_time_s(sample)); };
-  const auto nearest = std::ranges::min(std::views::iota(0u, model.references()), {}, apart);
+  std::uint32_t nearest = 0;
+  for (std::uint32_t r = 1; r < model.references(); ++r)
+    if (apart(r) < apart(nearest)) nearest = r;
   return model.leading_coordinates(nearest, sample);
 }
 

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstdio>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -34,12 +33,13 @@ std::optional<Number> parsed(std::string_view text, Base... base) {
 template <class Number>
 std::optional<std::vector<Number>> parsed_list(std::string_view text, char separator) {
   std::vector<Number> numbers;
-  for (const auto field : std::views::split(text, separator)) {
-    const auto number = parsed<Number>(std::string_view(field.begin(), field.end()));
+  for (std::size_t first = 0, end = 0; end != text.npos; first = end + 1) {
+    end = text.find(separator, first);
+    const auto number = parsed<Number>(text.substr(first, end - first));
     if (!number) return std::nullopt;
     numbers.push_back(*number);
   }
-  return numbers.empty() ? std::nullopt : std::optional(std::move(numbers));
+  return numbers;
 }
 
 }  // namespace lbea::tool
