@@ -4,7 +4,9 @@ target_compile_options(lbea_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Wold-style-cast
   # GCC 12 gives these falsely at -O3: for std::string concatenation (GCC bug 105651) and for vectors in moved aggregates.
   # The sanitizers find the same errors.
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized>)
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized>
+  # Of clang these are about constants of other sources in a unity file. GCC reports all others.
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-shadow>)
 
 # Headers that most sources include and that take longer to compile than the sources, precompiled once per group of
 # targets with the same flags. With CMAKE_DISABLE_PRECOMPILE_HEADERS=ON (the dev preset) a missing include is an error.

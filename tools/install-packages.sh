@@ -37,7 +37,7 @@ build=(
 )
 test=(
   "${build[@]}"
-  doctest-dev                                      # the test framework
+  doctest-dev libclang-rt-14-dev                   # the test framework, clang's sanitizers
   clang-format universal-ctags                     # checks of format and of duplicate types
   python3-vtk9                                     # reference reader of VTU files
   chromium                                         # browser tests of the monitor's page

@@ -128,12 +128,13 @@ void store_placed(const Block& position, const Ints& number, PlacedPoint* to) {
 
 // Converts the bytes of sixteen placed points to a leaf and returns its box: lanes 0, 1, 2 after folding.
 Corners fill_whole_leaf(Leaf& leaf) {
+  const float* from = leaf.x;
   Fours coordinates[4];
-  Four low = load_four(leaf.x), high = low;
+  Four low = load_four(from), high = low;
   for (std::size_t i = 0; i < 4; ++i) {
     Fours of_points;
     for (std::size_t k = 0; k < 4; ++k) {
-      const Four point = of_points.at[k] = load_four(leaf.x + 16 * i + 4 * k);
+      const Four point = of_points.at[k] = load_four(from + 16 * i + 4 * k);
       low = point < low ? point : low;
       high = point > high ? point : high;
     }

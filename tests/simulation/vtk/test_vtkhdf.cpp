@@ -116,10 +116,10 @@ TEST_CASE("files on which libhdf5 1.10 crashes or never ends are refused, and th
   std::string bytes = text_of(folder() / "moving_grid.vtkhdf");
   const std::size_t size_of_text = bytes.find("GCOL") + 24;  // in the heap of texts of variable length
   REQUIRE(size_of_text < bytes.size());
-  for (const auto& [offset, value] : {std::pair(1, '\x7f'), {0, '\1'}}) {
-    CAPTURE(offset);
+  for (const auto& damage : {std::pair(1, '\x7f'), {0, '\1'}}) {
+    CAPTURE(damage.first);
     std::string damaged = bytes;
-    damaged[size_of_text + static_cast<std::size_t>(offset)] = value;
+    damaged[size_of_text + static_cast<std::size_t>(damage.first)] = damage.second;
     const fs::path file = put(scratch / "damaged.vtkhdf", damaged);
     check_error(error_of([&] { static_cast<void>(open_simulation(file)); }), Status::bad_input,
                 {"damaged.vtkhdf: libhdf5 fails to read it"});

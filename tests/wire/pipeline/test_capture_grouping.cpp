@@ -218,11 +218,11 @@ TEST_CASE("a rig whose clock or latency is wrong takes no frames from the other 
        [](int i, std::int64_t&, std::int64_t& at) { at += i >= 50 && i < 100 ? 2'000'000 : 0; }},
       {"late for a while", [](int i, std::int64_t&, std::int64_t& at) { at += i >= 50 && i < 100 ? 200'000 : 0; }}};
   for (const std::uint32_t wrong : {0u, 1u})
-    for (const auto& [what, change] : changes) {
-      CAPTURE(what);
+    for (const auto& named : changes) {
+      CAPTURE(named.first);
       CAPTURE(wrong);
       const auto counts = in_captures(400, [&](std::uint32_t rig, int i, std::int64_t& stamp, std::int64_t& at) {
-        if (rig == wrong) change(i, stamp, at);
+        if (rig == wrong) named.second(i, stamp, at);
         return true;
       });
       CHECK(counts[1 - wrong] >= 390);

@@ -133,7 +133,8 @@ TEST_CASE("each frame has a result of each component, in order, and is counted o
   const Counters counters = bench.pipeline.counters();
   std::map<WireStatus, std::uint64_t> expected{{WireStatus::too_many_points, 1}};
   for (const auto& [digits, status] : frames) ++expected[status];
-  for (const auto& [status, count] : expected) CHECK_MESSAGE(counters.of(status) == count, to_string(status));
+  for (const auto& frames_of : expected)
+    CHECK_MESSAGE(counters.of(frames_of.first) == frames_of.second, to_string(frames_of.first));
   CHECK(counters.adds_up());
   CHECK(bench.engine.tracked == static_cast<int>(frames.size()));
   CHECK(bench.engine.tests == 1);
