@@ -42,6 +42,10 @@ class SurfaceCorrection {
     std::span<const StateBetween> states{};
   };
 
+  /// Forgets the frames.
+  void clear() noexcept { rigs_ = 0; }
+  /// Whether one of the frames shows something near the estimate.
+  [[nodiscard]] bool shows_something() const noexcept { return rigs_ > 0; }
   /// Begins the correction of an estimate, which must remain until it is solved. Does not allocate.
   void begin(const ShapeEstimate& estimate) noexcept;
   /// Adds the frame of a rig: the distances of the estimate's surface from planes through the points that the camera

@@ -43,7 +43,7 @@ SurfaceFit SurfaceFitter::fit(const FrameImage& image, std::span<const RankedSam
 
 SurfaceFit SurfaceFitter::fit_candidates(std::span<const float> predicted) noexcept {
   SurfaceFit result;
-  is_corrected_ = false;
+  correction_.clear();
   compare();
   if (const PoseBelief* prior = search_.image().prior; prior != nullptr)
     pose_ = pose_by(problem(), estimate_.from_best(), residuals_.filled(), *prior);
@@ -74,14 +74,13 @@ void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcep
   correction_.begin(estimate_);
   correction_.add(observation(index));
   const auto weights = correction_.solve();
-  is_corrected_ = !weights.empty();
-  if (!is_corrected_) return;
+  if (weights.empty()) return;
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);
 }
 
 std::optional<PoseMeasurement> SurfaceFitter::pose_by_points(const PoseMotion& calibration) noexcept {
-  if (!is_corrected_) return {};
+  if (!correction_.shows_something()) return {};
   return surface_pose_.measure(correction_.equations(), calibration);
 }
 

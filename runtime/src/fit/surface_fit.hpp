@@ -120,7 +120,6 @@ class SurfaceFitter {
   ShapeEstimate estimate_;
   SurfaceCorrection correction_;
   SurfacePose surface_pose_;
-  bool is_corrected_ = false;  // the last frame
   PoseFit pose_fit_;
   PoseBelief pose_;
   CandidateWeights weights_;

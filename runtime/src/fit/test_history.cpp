@@ -2,11 +2,11 @@
 
 namespace lbea {
 
-HistoryState::HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images, bool uses_points)
+HistoryState::HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images)
     : estimates_pose(images != nullptr && images->pose_variance > 0),
       pose(PoseCenter::of(model), length_per_mm, EnsembleTimes::of(model).duration_s,
            images != nullptr ? images->pose_errors : PoseErrors(),
-           images != nullptr && uses_points ? images->pose_errors_by_points : std::nullopt),
+           images != nullptr ? images->pose_errors_by_points : std::nullopt),
       shapes(EnsembleTimes::of(model).duration_s),
       hidden(images != nullptr ? images->camera : DepthCamera{}),
       impact_s(EnsembleTimes::of(model).impact_s),

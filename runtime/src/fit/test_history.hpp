@@ -13,8 +13,7 @@ namespace lbea {
                                        float spread) noexcept;
 
 struct LBEA_HIDDEN HistoryState {
-  /// uses_points: for the pose, if the bake has learned how certain they are.
-  HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images, bool uses_points = true);
+  HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images);
 
   void reset() noexcept;
   void begin_frame(std::int64_t stamp_ns) noexcept;

@@ -61,12 +61,16 @@ MatchResult RigMatcher::State::combine() noexcept {
   joint_history.begin_frame(result.stamp_ns);
   FrameExpectation expected = joint_history.expectation();
   if (expected.is_first) expected.begin_at(earliest_s());
-  do { result.fit = fitter.fit(std::span(evidence).first(used), &expected); } while (move_poses());
-  if (is_contradicted())
+  bool corrects = false;
+  do {
+    result.fit = fitter.fit(std::span(evidence).first(used), &expected);
+    corrects = !is_contradicted();
+    if (corrects) fitter.correct(result.fit);
+  } while (move_poses(corrects));
+  if (!corrects)
     result.fit.error_90 = FitNumbers{}.error_90;
-  else
-    fitter.correct(result.fit);
-  if (fitter.is_explained() && !is_contradicted()) refine_clocks();
+  else if (fitter.is_explained())
+    refine_clocks();
   result.elapsed_ns.fit += watch.lap_ns();
   result.coverage = fitter.shown_share();
   result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
@@ -76,20 +80,22 @@ MatchResult RigMatcher::State::combine() noexcept {
 }
 
 /// By all rigs' frames instead of each one's own. Returns whether a pose changed, so that its frame was matched again.
-bool RigMatcher::State::move_poses() noexcept {
+bool RigMatcher::State::move_poses(bool by_points) noexcept {
   std::array<bool, most_rigs> has_moved{};
   fitter.side_by_side(matchers.size(),
-                      [&](std::size_t rig) { has_moved[rig] = results[rig].is_used && move_pose(rig); });
+                      [&](std::size_t rig) { has_moved[rig] = results[rig].is_used && move_pose(rig, by_points); });
   return std::ranges::find(has_moved, true) != has_moved.end();
 }
 
-bool RigMatcher::State::move_pose(std::size_t rig) noexcept {
+bool RigMatcher::State::move_pose(std::size_t rig, bool by_points) noexcept {
   Matcher::State& matcher = *matchers[rig];
   if (matcher.pose == nullptr) return false;
   matcher.pose->reconsider(poses_before[rig]);  // a frame is one measurement, however often it is matched
   const double since_impact = fitter.time().mean_s - joint_history.impact_s;
   const PoseBelief posterior = fitter.pose_of(captures[rig].place, matcher.pose->prior());
-  if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact)) return false;
+  std::optional<PoseMeasurement> measured;
+  if (by_points && matcher.pose->uses_points()) measured = matcher.fitter->pose_by_points(matcher.pose->calibration());
+  if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact, measured)) return false;
   MatchResult alone;
   if (matcher.index_points({captures[rig].frame_id, captures[rig].stamp_ns, captures[rig].points}, alone))
     matcher.fit(alone);

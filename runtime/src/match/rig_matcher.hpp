@@ -24,8 +24,8 @@ struct RigMatcher::State {
   void find_latest() noexcept;
   [[nodiscard]] bool is_in_time(std::size_t rig) const noexcept;
   [[nodiscard]] bool awaits_impact(std::size_t rig) const noexcept;
-  [[nodiscard]] bool move_poses() noexcept;
-  [[nodiscard]] bool move_pose(std::size_t rig) noexcept;
+  [[nodiscard]] bool move_poses(bool by_points) noexcept;
+  [[nodiscard]] bool move_pose(std::size_t rig, bool by_points) noexcept;
   [[nodiscard]] double earliest_s() const noexcept;
   [[nodiscard]] bool is_contradicted() const noexcept;
   /// Forgets the frames since the last capture.

@@ -56,7 +56,7 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
     offsets_ns.push_back(rigs[rig].clock_offset_ns);
     matchers.push_back(std::make_unique<Matcher::State>(model, config_of(rigs[rig], config), views[rig],
                                                         FitSettings{}.joint_candidates));
-    histories.emplace_back(model.view(), units_per_mm(model.length_unit()), views[rig].data(), false);
+    histories.emplace_back(model.view(), units_per_mm(model.length_unit()), views[rig].data());
     poses_before.push_back(histories.back().pose);
   }
 }
