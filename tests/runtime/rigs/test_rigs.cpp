@@ -377,6 +377,28 @@ TEST_CASE("each rig's pose error is found and corrected; one frame is one measur
   CHECK(twice.rigs()[0].pose_shift_sd == once.rigs()[0].pose_shift_sd);
 }
 
+TEST_CASE("where a rig's images say nothing about its pose, its points do") {
+  PosedRigs two;
+  const std::vector<float> positions = positions_of(two.model, 3);
+  const auto above = seen_from(two.sensors[0], positions);
+  auto below = seen_from(two.sensors[1], positions, 2);
+  for (Point& p : below) p.z += 2;
+  for (const bool by_points : {false, true}) {
+    for (Rig& rig : two.rigs)
+      rig.views = changed(rig.views, [by_points](DepthImages& images) {
+        for (PoseMatrix& spread : images.pose_errors.spreads.at_times)
+          for (double& entry : spread) entry *= 1e8;
+        if (by_points) images.pose_errors_by_points = PoseErrors();
+      });
+    RigMatcher matcher(two.model, fit_config(), two.rigs);
+    for (int frame = 0; frame < 6; ++frame)
+      (void)matcher.match(std::vector<Frame>{at(0.1 * frame, above), at(0.1 * frame, below)});
+    CAPTURE(by_points);
+    CHECK(std::abs(matcher.pose_correction(1)[11] + (by_points ? 2 : 0)) < 0.2f);
+    CHECK(std::abs(matcher.pose_correction(0)[11]) < 0.2f);
+  }
+}
+
 // The frames before reset() entered the next test, with their pose.
 TEST_CASE("a reset between the two steps forgets the frames and the poses") {
   PosedRigs two;
