@@ -141,6 +141,7 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, c
     : code_(kernels()),
       price_(settings.correction_price),
       shift_(settings.correction_shift * mesh_noise),
+      strip_(settings.correction_strip * mesh_noise),
       shapes_(model, LandmarkPlaces::surface),
       buffer_(2 * shapes_.size()),
       shape_(shapes_.size()),
@@ -358,12 +359,12 @@ void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
 }
 
 /// A shift of the whole component is an error of the rig's pose, and a strip that is missing along edges is an error of
-/// its measurement. Neither is a deformation, so both are eliminated from the normal equations. A shift or a strip of
-/// shift_ costs as much as a weight of 1.
+/// its measurement. Neither is a deformation, so both are eliminated from the normal equations. A shift of shift_ and a
+/// strip of strip_ cost as much as a weight of 1.
 void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
   const std::size_t k = estimate_->samples().size();
   auto& [matrix, constant, samples] = of_rig;
-  for (std::size_t n = 0; n < nuisances; ++n) matrix[n][n] += price / square(shift_);
+  for (std::size_t n = 0; n < nuisances; ++n) matrix[n][n] += price / square(n < 3 ? shift_ : strip_);
   for (std::size_t n = 0; n < nuisances; ++n) {
     const float* const row = &samples[n * k];
     const float pivot = matrix[n][n];

@@ -89,7 +89,7 @@ class SurfaceCorrection {
   }
 
   const Kernels& code_;
-  float price_, shift_;
+  float price_, shift_, strip_;
   ShapeLandmarks shapes_;
   const ShapeEstimate* estimate_ = nullptr;
   std::size_t measured_ = 0, all_measured_ = 0;  // nodes: of the last rig, of all

@@ -14,7 +14,7 @@ SurfacePose::SurfacePose(const PoseCenter& center, float mesh_noise, std::size_t
       center_(center),
       noise_(mesh_noise / 3),
       price_(settings.correction_price),
-      shift_(settings.correction_shift * mesh_noise),
+      strip_(settings.correction_strip * mesh_noise),
       stride_(stride),
       roots_(stride),
       rows_(most_unknowns(settings) * stride),
@@ -63,7 +63,7 @@ SurfacePose::Sums SurfacePose::weigh(const SurfaceEquations& equations) noexcept
   for (std::size_t s = 0; s < samples_; ++s)
     for (std::size_t i = 0; i < stride_; ++i) rows_[s * stride_ + i] = roots_[i] * equations.rows[s * stride_ + i];
   for (std::size_t i = 0; i < stride_; ++i)
-    rows_[samples_ * stride_ + i] = shift_ * roots_[i] * equations.directions[3 * stride_ + i];
+    rows_[samples_ * stride_ + i] = strip_ * roots_[i] * equations.directions[3 * stride_ + i];
   return sums;
 }
 

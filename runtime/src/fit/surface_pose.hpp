@@ -32,7 +32,7 @@ class SurfacePose {
 
   const Kernels& code_;
   PoseCenter center_;
-  float noise_, price_, shift_;
+  float noise_, price_, strip_;
   std::size_t stride_, samples_ = 0, unknowns_ = 0;  // one more unknown: the length lost before edges
   std::vector<float> roots_;                         // of the nodes' weights
   std::vector<float> rows_, motions_;                // per unknown, per motion: changes of the distances; weighed
