@@ -47,7 +47,7 @@ if [ -z "$build" ]; then
   bash "$project/tools/install-packages.sh" picture >"$sockets/packages.log" 2>&1 &  # during the compilation
   picture_packages=$!
   pids+=("$picture_packages")
-  build=$project/build/$purpose-programs
+  build=$project/build/$purpose-clang
   (cd "$project" && cmake --preset "$purpose" >/dev/null && cmake --build --preset "$purpose" --target "${programs[@]}")
 fi
 bin() { printf '%s/tools/%s/lbea-%s' "$build" "$1" "$1"; }

@@ -144,6 +144,7 @@ TEST_CASE("captures of two rigs, one of them hidden in part or without points, t
   const Model model = Model::open(folder / "plates.lbea");
   DepthImages images = *SensorViews::baked_into(model).data();
   images.pose_variance = 1;
+  images.pose_errors_by_points = images.pose_errors;
   const Rig rig{fit_config().T_reference_sensor, SensorViews(std::make_shared<const DepthImages>(images))};
   RigMatcher matcher(model, fit_config(), {rig, rig});
   std::vector<std::vector<Point>> clouds = bending_clouds();

@@ -77,7 +77,10 @@ void JointFitter::correct(SurfaceFit& result) noexcept {
   SurfaceCorrection& correction = rigs_.front().fitter->correction();
   for (const RigEvidence& rig : rigs_.subspan(1)) correction.join(rig.fitter->correction());
   const auto weights = correction.solve();
-  if (weights.empty()) return;
+  if (weights.empty()) {
+    for (const RigEvidence& rig : rigs_) rig.fitter->correction().clear();
+    return;
+  }
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);
 }

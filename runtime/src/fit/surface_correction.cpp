@@ -170,7 +170,8 @@ void SurfaceCorrection::add(const Observation& seen) noexcept {
   if (measured_ == 0) return;
   all_measured_ += measured_;
   weigh_robustly();
-  squares_ += set_rows(seen.states);
+  own_squares_ = set_rows(seen.states);
+  squares_ += own_squares_;
   Nuisances& of_rig = nuisances_[rigs_];
   of_rig.samples = &of_nuisances_[nuisances * rigs_++ * estimate_->samples().size()];
   add_products(of_rig);
@@ -198,7 +199,7 @@ std::span<const float> SurfaceCorrection::solve() noexcept {
 SurfaceEquations SurfaceCorrection::equations() const noexcept {
   const std::size_t samples = estimate_->samples().size();
   return {shape_,  directions_,     distances_, std::span(rows_).first(samples * shapes_.stride()),
-          samples, shapes_.nodes(), measured_,  squares_ / static_cast<float>(rigs_)};
+          samples, shapes_.nodes(), measured_,  own_squares_};
 }
 
 /// Of one of the estimate's samples.

@@ -12,7 +12,7 @@ namespace lbea {
 
 inline constexpr std::size_t most_rigs = 16;  // of a RigMatcher
 
-/// Of the last frame that shows something, per place of the observed surface: the distance of a plane through the
+/// Of the last frame, if it shows something, per place of the observed surface: the distance of a plane through the
 /// points from the estimate, along its normal, or at an open edge of the mesh that of the place where the points end,
 /// along the surface; and how it changes with the weights of the estimate's samples. Multiplied by the roots of robust
 /// weights. Planes of x, y and z; 0: not measured.
@@ -43,9 +43,9 @@ class SurfaceCorrection {
   };
 
   /// Forgets the frames.
-  void clear() noexcept { rigs_ = 0; }
-  /// Whether one of the frames shows something near the estimate.
-  [[nodiscard]] bool shows_something() const noexcept { return rigs_ > 0; }
+  void clear() noexcept { rigs_ = measured_ = 0; }
+  /// Whether the last frame shows something near the estimate.
+  [[nodiscard]] bool shows_something() const noexcept { return measured_ > 0; }
   /// Begins the correction of an estimate, which must remain until it is solved. Does not allocate.
   void begin(const ShapeEstimate& estimate) noexcept;
   /// Adds the frame of a rig: the distances of the estimate's surface from planes through the points that the camera
@@ -58,7 +58,7 @@ class SurfaceCorrection {
   /// per rig: a shift of the whole component, and how far before the edges its points end. Empty if the frames show
   /// nothing near the estimate. Valid until the next begin(). Does not allocate.
   [[nodiscard]] std::span<const float> solve() noexcept;
-  /// Valid until the next add().
+  /// Of the last frame that was added, not of joined ones. Valid until the next add().
   [[nodiscard]] SurfaceEquations equations() const noexcept;
   /// Floats of a plane of nodes.
   [[nodiscard]] std::size_t stride() const noexcept { return shapes_.stride(); }
@@ -94,7 +94,7 @@ class SurfaceCorrection {
   const ShapeEstimate* estimate_ = nullptr;
   std::size_t measured_ = 0, all_measured_ = 0;  // nodes: of the last rig, of all
   std::size_t rigs_ = 0;                         // that show something
-  float squares_ = 0;                            // sum of the rigs' set_rows()
+  float own_squares_ = 0, squares_ = 0;          // set_rows() of the last rig, sum of all
   std::vector<float> buffer_, shape_;            // of the nodes: x, y and z planes
   std::vector<float> directions_, distances_;    // as those of the equations
   std::vector<float> rows_;                      // per sample: changes of these distances with its weight

@@ -74,7 +74,7 @@ void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcep
   correction_.begin(estimate_);
   correction_.add(observation(index));
   const auto weights = correction_.solve();
-  if (weights.empty()) return;
+  if (weights.empty()) return correction_.clear();
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);
 }

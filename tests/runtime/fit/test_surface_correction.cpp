@@ -213,7 +213,8 @@ TEST_CASE("a strip that the points lack along all edges does not become a deform
   PlateFit tolerant(model, settings.correction_price),
       strict(model, settings.correction_price, settings.correction_shift, settings.correction_shift);
   double with_strip = 0, without = 0;
-  for (double strain = 0.01; strain < 0.06; strain += 0.005) {
+  for (int i = 2; i < 12; ++i) {
+    const double strain = 0.005 * i;
     const std::vector<float> truth = stretched(0.6, strain).positions;
     const std::vector<Point> points = seen(stretched(0.6, strain, 1.5).positions, {.sigma = 0.1f});
     with_strip += tolerant.error(points, truth);

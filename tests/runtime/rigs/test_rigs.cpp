@@ -11,6 +11,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <random>
 #include <thread>
 
 using namespace lbea;
@@ -57,6 +58,7 @@ struct PosedRigs : TwoRigs {
   static SensorViews with_certain_poses(const SensorViews& views) {
     DepthImages images = *views.data();
     images.pose_variance = 1;
+    images.pose_errors_by_points = images.pose_errors;
     return SensorViews(std::make_shared<const DepthImages>(images));
   }
 };
@@ -388,7 +390,7 @@ TEST_CASE("where a rig's images say nothing about its pose, its points do") {
       rig.views = changed(rig.views, [by_points](DepthImages& images) {
         for (PoseMatrix& spread : images.pose_errors.spreads.at_times)
           for (double& entry : spread) entry *= 1e8;
-        if (by_points) images.pose_errors_by_points = PoseErrors();
+        images.pose_errors_by_points = by_points ? std::optional(PoseErrors()) : std::nullopt;
       });
     RigMatcher matcher(two.model, fit_config(), two.rigs);
     for (int frame = 0; frame < 6; ++frame)
@@ -397,6 +399,22 @@ TEST_CASE("where a rig's images say nothing about its pose, its points do") {
     CHECK(std::abs(matcher.pose_correction(1)[11] + (by_points ? 2 : 0)) < 0.2f);
     CHECK(std::abs(matcher.pose_correction(0)[11]) < 0.2f);
   }
+}
+
+// The first rig's equations hold the sums of all rigs. Its pose was then not a number, and its images were ignored.
+TEST_CASE("a first rig with too few points for a plane has the pose that its images tell") {
+  PosedRigs two;
+  const std::vector<float> positions = positions_of(two.model, 3);
+  auto above = seen_from(two.sensors[0], positions);
+  for (Point& p : above) p.z += 2;
+  std::mt19937 random(1);
+  std::erase_if(above, [&](const Point&) { return random() % 20 != 0; });
+  const auto below = seen_from(two.sensors[1], positions, 2);
+  RigMatcher matcher(two.model, fit_config(), two.rigs);
+  for (int frame = 0; frame < 6; ++frame)
+    (void)matcher.match(std::vector<Frame>{at(0.1 * frame, above), at(0.1 * frame, below)});
+  REQUIRE(matcher.rigs()[0].is_used);
+  CHECK(std::abs(matcher.pose_correction(0)[11] - 2) < 0.5f);  // nearer to the rig above
 }
 
 // The frames before reset() entered the next test, with their pose.
