@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# clang reads the demo's sources of precompute and tools without an error. The sanitized tests compile the others by it.
+#   clang_reads.sh BUILD_DIR
+set -euo pipefail
+build=$1
+project=$(cd "$(dirname "$0")/../.." && pwd)
+cd "$project"
+cmake --preset demo -B "$build" >/dev/null
+headers=CMakeFiles/lbea_precompiled_
+ninja -C "$build" ${headers}{eigen,libraries}.dir/cmake_pch.hxx.pch >/dev/null
+cd "$build"
+ninja -t commands lbea-{bake,sense,serve,eval,send,report} | grep -E ' -c [^ ]*/(precompute|tools)/' >commands.txt
+[ "$(wc -l <commands.txt)" -gt 20 ]
+sed 's/$/ -fsyntax-only/' commands.txt | xargs -d '\n' -n 1 -P "$(nproc)" bash -c
