@@ -109,9 +109,10 @@ TEST_CASE("tables, JSON and CSV of an evaluation are consistent") {
     for (const auto& [name, share] : round["verdicts"].items()) shares += share.get<double>();
     CHECK(shares == doctest::Approx(1));
     // No method that chooses a sample is better than the oracle.
-    for (const auto& [name, score] : round["methods"].items())
-      if (name != "estimate")
-        CHECK_MESSAGE(score["mean"].get<double>() >= round["oracle"]["mean"].get<double>() - 1e-9, name);
+    for (const auto& method : round["methods"].items())
+      if (method.key() != "estimate")
+        CHECK_MESSAGE(method.value()["mean"].get<double>() >= round["oracle"]["mean"].get<double>() - 1e-9,
+                      method.key());
     if (round["experiments"] == "contained") {
       CHECK(round["oracle"]["mean"] == 0);
       CHECK(round["tests"] == 2);

@@ -83,8 +83,9 @@ TEST_CASE("the learned forecast is listed over the duration, of frames seen from
   CHECK(errors.back() < errors.front());  // the more is seen, the less is uncertain
   for (const double error : errors) CHECK((error > 0 && error <= 1.2 * errors.front()));
   REQUIRE_FALSE(forecast["parameters"].empty());
-  for (const auto& [name, parameter] : forecast["parameters"].items()) {
-    CAPTURE(name);
+  for (const auto& entry : forecast["parameters"].items()) {
+    CAPTURE(entry.key());
+    const auto& parameter = entry.value();
     REQUIRE(parameter["r2"].size() == 11);
     for (const auto& r2 : parameter["r2"]) CHECK(r2.get<double>() <= 1);
     for (const auto& bound : parameter["bound_90"]) CHECK(bound.get<double>() >= 0);

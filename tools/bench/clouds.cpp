@@ -59,8 +59,8 @@ class Generator {
     for (std::size_t axis = 0; axis < 3; ++axis)  // a hollow component has no vertices near its middle
       add(std::string("a ring about the surface and ") + "xyz"[axis],
           [&, axis](std::size_t) { return on_ring(central_, 1, axis); });
-    const auto [left, right] = std::ranges::minmax(ordinary_, {}, &Point::x);
-    add("a cap about the far end", [&](std::size_t) { return on_cap(left, right); });
+    const auto ends = std::ranges::minmax(ordinary_, {}, &Point::x);
+    add("a cap about the far end", [&](std::size_t) { return on_cap(ends.min, ends.max); });
     add("a line", [&](std::size_t i) { return moved_along(center_, 100 * share(i)); });
     add("shuffled", [&](std::size_t i) { return some(i); });
     add("120 copies of each point, shuffled", [&](std::size_t i) { return some(i % (ordinary_.size() / 120 + 1)); });

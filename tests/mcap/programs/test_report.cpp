@@ -117,7 +117,7 @@ TEST_CASE("several components: a verdict of the test, and the report of each, as
     REQUIRE_MESSAGE(alone.exit_code == 0, alone.err);
     CHECK(contains(text_of(bench.file("alone.html")), "Not in this report: component " + names[1 - i] + "."));
     const Json of_one = Json::parse(alone.out);
-    for (const auto& [key, value] : component.items()) CHECK_MESSAGE(of_one[key] == value, key);
+    for (const auto& entry : component.items()) CHECK_MESSAGE(of_one[entry.key()] == entry.value(), entry.key());
   }
   CHECK(contains(page, "--model " LBEA_MODEL " --model " LBEA_OTHER_MODEL " --against"));
   CHECK_FALSE(contains(page, "Not in this report"));

@@ -59,7 +59,9 @@ TEST_CASE("what lbea-record writes of two rigs is what lbea-serve writes: comple
   CHECK(tally["received"] == 2 * states + 1);
   CHECK(tally["recorded"] == 2 * states + 1);
   const std::map<std::string, std::size_t> sent_by{{"left", states}, {"right", states + 1}};  // an id was repeated
-  for (const auto& [rig, frames] : sent_by) {
+  for (const auto& entry : sent_by) {
+    const auto& rig = entry.first;
+    const std::size_t frames = entry.second;
     CAPTURE(rig);
     CHECK(tally["rigs"][rig]["received"] == frames);
     CHECK(tally["rigs"][rig]["forwarded"] == frames);

@@ -167,12 +167,13 @@ TEST_CASE("a large slanting element does not fill its box") {
 
 TEST_CASE("the cells of flat and very long boxes are few, and their elements cost little") {
   const std::array<float, 3> min{0, 0, 0};
-  for (const auto& [max, margin] : {std::pair{std::array<float, 3>{100, 100, 0}, 1e-6},
-                                    {std::array<float, 3>{1e6f, 100, 50}, 25.},
-                                    {std::array<float, 3>{1e12f, 0, 0}, 25.},
-                                    {std::array<float, 3>{1e30f, 100, 50}, 25.}}) {
+  for (const auto& box : {std::pair{std::array<float, 3>{100, 100, 0}, 1e-6},
+                          {std::array<float, 3>{1e6f, 100, 50}, 25.},
+                          {std::array<float, 3>{1e12f, 0, 0}, 25.},
+                          {std::array<float, 3>{1e30f, 100, 50}, 25.}}) {
+    const auto& max = box.first;
     CAPTURE(max[0]);
-    EnvelopeBuilder builder(min, max, margin);
+    EnvelopeBuilder builder(min, max, box.second);
     CHECK(builder.layout().count() < 2 * (1 << 17));
     std::vector<float> slivers;
     std::vector<Quad> elements;

@@ -135,13 +135,13 @@ TEST_CASE("a rig's prediction counts by the bound of its own estimate") {
 // With 48 candidates of ten runs, many of which were of another deformation branch, two rigs had 1.9 times the best
 // sample's error where one had 0.9.
 TEST_CASE("in a sparse ensemble a joint estimate combines three states per run, as many as for one rig or more") {
-  for (const auto& [runs, most] : {std::pair{6u, 24u}, {12u, 36u}, {20u, 48u}}) {
-    CAPTURE(runs);
-    const TwoRigs two(8, runs);
+  for (const auto& most_for : {std::pair{6u, 24u}, {12u, 36u}, {20u, 48u}}) {
+    CAPTURE(most_for.first);
+    const TwoRigs two(8, most_for.first);
     RigMatcher matcher = two.matcher();
     const auto above = seen_from(two.sensors[0], bent(0.63)), below = seen_from(two.sensors[1], bent(0.63), 2);
     const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
-    CHECK(result.fit.candidates.size() == most);
+    CHECK(result.fit.candidates.size() == most_for.second);
   }
 }
 
