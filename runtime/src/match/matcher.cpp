@@ -107,8 +107,7 @@ void Matcher::State::correct(MatchResult& result) noexcept {
 bool Matcher::State::move_pose(MatchResult& result) noexcept {
   if (pose == nullptr) return false;
   watch.lap_ns();
-  std::optional<PoseMeasurement> by_points;
-  if (pose->uses_points()) by_points = fitter->pose_by_points(pose->calibration());
+  const std::optional<PoseMeasurement> by_points = pose_by_points();
   const double since_impact = fitter->time().mean_s - history->impact_s;
   const bool is_farther = pose->move(fitter->pose(), fitter->is_explained(), since_impact, by_points);
   const std::uint32_t taken = watch.lap_ns();
@@ -116,6 +115,11 @@ bool Matcher::State::move_pose(MatchResult& result) noexcept {
   result.elapsed_ns.judgment += taken;
   pose->write(result.fit);
   return is_farther;
+}
+
+std::optional<PoseMeasurement> Matcher::State::pose_by_points() noexcept {
+  if (!pose->uses_points()) return {};
+  return fitter->pose_by_points(pose->calibration());
 }
 
 void Matcher::State::remember(MatchResult& result) noexcept {

@@ -46,6 +46,8 @@ struct Matcher::State {
   void correct(MatchResult& result) noexcept;
   /// Whether the frame moved the pose, so that it has to be matched again.
   [[nodiscard]] bool move_pose(MatchResult& result) noexcept;
+  /// Of the last frame, if the bake has learned how certain such poses are.
+  [[nodiscard]] std::optional<PoseMeasurement> pose_by_points() noexcept;
   void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
   void publish(MatchResult& result) noexcept;

@@ -93,8 +93,7 @@ bool RigMatcher::State::move_pose(std::size_t rig, bool by_points) noexcept {
   matcher.pose->reconsider(poses_before[rig]);  // a frame is one measurement, however often it is matched
   const double since_impact = fitter.time().mean_s - joint_history.impact_s;
   const PoseBelief posterior = fitter.pose_of(captures[rig].place, matcher.pose->prior());
-  std::optional<PoseMeasurement> measured;
-  if (by_points && matcher.pose->uses_points()) measured = matcher.fitter->pose_by_points(matcher.pose->calibration());
+  const auto measured = by_points ? matcher.pose_by_points() : std::nullopt;
   if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact, measured)) return false;
   MatchResult alone;
   if (matcher.index_points({captures[rig].frame_id, captures[rig].stamp_ns, captures[rig].points}, alone))
