@@ -5,7 +5,7 @@ target_compile_options(lbea_warnings INTERFACE
   # GCC 12 gives these falsely at -O3: for std::string concatenation (GCC bug 105651) and for vectors in moved aggregates.
   # The sanitizers find the same errors.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized>
-  # Of clang these are about constants of other sources in a unity file. GCC reports all others.
+  # clang reports shadowed constants of other sources in a unity file. GCC reports all other shadowing.
   $<$<CXX_COMPILER_ID:Clang>:-Wno-shadow>)
 
 # Headers that most sources include and that take longer to compile than the sources, precompiled once per group of

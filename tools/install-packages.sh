@@ -9,7 +9,7 @@
 set -euo pipefail
 purpose=${1:-test}
 demo=(
-  clang cmake ninja-build patch pkg-config         # clang compiles in half the time that GCC takes
+  clang cmake ninja-build patch pkg-config         # clang compiles the demo faster than GCC
   libxxhash-dev                                    # runtime: checksums, header-only
   libeigen3-dev libnanoflann-dev                   # bake: matrices, k-d tree
   cppzmq-dev libzmq3-dev libsodium-dev             # ZeroMQ; its source is patched and built (third_party/zmq)

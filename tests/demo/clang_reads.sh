@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# clang reads the demo's sources of precompute and tools without an error. The sanitized tests compile the others by it.
+# Checks that clang accepts the demo's sources in precompute and tools. The sanitized tests compile the other sources
+# with clang.
 #   clang_reads.sh BUILD_DIR
 set -euo pipefail
 build=$1

@@ -70,7 +70,7 @@ struct FitSettings {
   // The estimate is moved to the frame's points. Price of the squared changes of its weights:
   float correction_price = 0.01f;  // times its samples' mean squared distance from it
   float correction_shift = 3;      // in mesh noises: shift of the component that costs as much as a change by 1
-  float correction_strip = 30;     // the same of the strip that is missing along open edges: nearly free
+  float correction_strip = 30;     // the same for a strip that is missing along open edges: nearly free
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual unless the
   // estimate has been moved to the points
   float residual_rank = 0.2f;

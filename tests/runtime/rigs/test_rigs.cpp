@@ -401,7 +401,7 @@ TEST_CASE("where a rig's images say nothing about its pose, its points do") {
   }
 }
 
-// The first rig's equations hold the sums of all rigs. Its pose was then not a number, and its images were ignored.
+// The first rig's equations held the sums of all rigs: its pose was not a number, and what its images tell was ignored.
 TEST_CASE("a first rig with too few points for a plane has the pose that its images tell") {
   PosedRigs two;
   const std::vector<float> positions = positions_of(two.model, 3);
