@@ -18,7 +18,7 @@ using lbea::test::eventually;
 
 namespace {
 
-/// Its capture has the time of its first frame. A frame's first point has its id as x.
+/// Its capture has the time of its first rig's frame. A frame's first point has its id as x.
 class FakeRigs final : public RigEngine {
  public:
   void match_alone(std::size_t rig, const Frame& frame) noexcept override {
@@ -27,11 +27,13 @@ class FakeRigs final : public RigEngine {
     results_[rig].status = frame.points.empty() ? Status::empty_frame : Status::ok;
     results_[rig].is_used = !frame.points.empty();
     results_[rig].coverage = frame.points.empty() ? 0 : frame.points[0].x;
-    if (stamp_ns_ == 0 || rig == 0) stamp_ns_ = frame.stamp_ns;
+    stamps_ns_[rig] = frame.stamp_ns;
   }
   MatchResult combine() noexcept override {
     MatchResult result;
-    result.stamp_ns = stamp_ns_.exchange(0);
+    const auto first = std::ranges::find_if(stamps_ns_, [](const auto& stamp) { return stamp.has_value(); });
+    if (first != stamps_ns_.end()) result.stamp_ns = **first;
+    stamps_ns_ = {};
     return result;
   }
   [[nodiscard]] std::span<const RigResult> rigs() const noexcept override { return results_; }
@@ -39,8 +41,8 @@ class FakeRigs final : public RigEngine {
   [[nodiscard]] double time_s(Sample) const noexcept override { return 0; }
 
  private:
-  std::array<RigResult, 2> results_{};
-  std::atomic<std::int64_t> stamp_ns_{0};
+  std::array<RigResult, 2> results_{};  // as the stamps, written by one thread per rig
+  std::array<std::optional<std::int64_t>, 2> stamps_ns_{};
 };
 
 /// A pipeline of two rigs, "left" and "right", with a sender for each.
