@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <new>
 #include <sstream>
 #include <thread>
 
@@ -27,7 +28,14 @@ struct Pipe {
   std::array<int, 2> ends{};
 };
 
+struct WithoutMemory {};
+
 }  // namespace
+
+template <>
+struct fmt::formatter<WithoutMemory> : fmt::formatter<int> {
+  static auto format(WithoutMemory, fmt::format_context& context) -> decltype(context.out()) { throw std::bad_alloc(); }
+};
 
 TEST_CASE("lines that nobody reads are dropped and counted, and the caller never waits") {
   constexpr std::uint64_t lines = 5000;  // a pipe has room for 64 kB, about 1,000 of them
@@ -80,4 +88,22 @@ TEST_CASE("a name in a line of the log cannot change the terminal or add a line"
   ::close(pipe.ends[0]);
   CHECK(text.find("peer \\x1b[2J\\x0aall is well\n") != std::string::npos);
   CHECK(text.find('\x1b') == std::string::npos);
+}
+
+// Regression: a program that could not allocate the line "recording to ..." ended, and left the file that it had begun.
+TEST_CASE("a line for which there is no memory is counted as lost, and the program goes on") {
+  const Pipe pipe;
+  const std::uint64_t lost_before = lbea::tool::lost_log_lines();
+  {
+    const Log log("test", pipe.ends[1]);
+    lbea::tool::log_info("recording to {}", WithoutMemory{});
+    CHECK(lbea::tool::lost_log_lines() == lost_before + 1);
+    lbea::tool::log_info("ready");
+  }
+  ::close(pipe.ends[1]);
+  const std::string text = pipe.read_all();
+  ::close(pipe.ends[0]);
+  CHECK(text.find("ready") != std::string::npos);
+  CHECK(text.find("recording to") == std::string::npos);
+  CHECK(text.find(" 1 lines of this log are lost") != std::string::npos);
 }

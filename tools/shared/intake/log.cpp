@@ -60,7 +60,8 @@ class LogSink final : public spdlog::sinks::base_sink<spdlog::details::null_mute
   void flush_() override {}
 
   bool write_loss(const spdlog::details::log_msg& next, std::uint64_t lines) {
-    const std::string text = std::to_string(lines) + " lines of this log are lost: nobody read them";
+    const std::string text =
+        std::to_string(lines) + " lines of this log are lost: they were not read in time, or memory was short";
     return write({next.logger_name, spdlog::level::warn, text});
   }
   bool write(spdlog::details::log_msg message) {
@@ -112,8 +113,10 @@ Log::Log(const std::string& program, int descriptor) : writer_(std::make_unique<
 
 Log::~Log() = default;
 
-void write_log(LogLevel level, fmt::string_view pattern, fmt::format_args values) {
-  spdlog::log(level_of(level), fmt::vformat(pattern, values));
+void write_log(LogLevel level, fmt::string_view pattern, fmt::format_args values) noexcept {
+  try {
+    spdlog::log(level_of(level), fmt::vformat(pattern, values));
+  } catch (...) { ++unwritten; }
 }
 
 std::uint64_t lost_log_lines() {

@@ -14,8 +14,9 @@ namespace lbea::tool {
 
 enum class LogLevel : std::uint8_t { info, warning, error };
 
-/// Writes a line to the log, or to standard output where there is no Log. Any thread.
-void write_log(LogLevel level, fmt::string_view pattern, fmt::format_args values);
+/// Writes a line to the log, or to standard output where there is no Log. A line that cannot be formatted, because
+/// memory is short, is counted as lost. Any thread.
+void write_log(LogLevel level, fmt::string_view pattern, fmt::format_args values) noexcept;
 
 /// The same with a pattern of fmt, which the compiler checks.
 template <class... Values>
@@ -47,7 +48,7 @@ class Log {
   std::unique_ptr<Writer> writer_;
 };
 
-/// Lines that were dropped because nobody read them, or that could not be written. Any thread.
+/// Lines that were dropped because nobody read them, or that could not be formatted or written. Any thread.
 [[nodiscard]] std::uint64_t lost_log_lines();
 /// Waits until the lines held are written, at most half a second.
 void wait_for_log();
