@@ -70,6 +70,11 @@ inline double mean_distance(std::span<const float> a, std::span<const float> b) 
   return 3 * sum / static_cast<double>(a.size());
 }
 
+/// Of the best sample. Several runs have the same shape at different times.
+inline double distance(const Model& model, const MatchResult& result, const std::vector<float>& positions) {
+  return mean_distance(model.node_positions(model.sample_index(result.matches.front().sample)), positions);
+}
+
 inline Frame at(double ms, std::span<const Point> points) {
   return {static_cast<std::uint64_t>(ms), static_cast<std::int64_t>(ms * 1e6), points};
 }
