@@ -24,14 +24,14 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       regression_(regression),
       settings_(settings),
       noise_(square(noise)),
-      runs_(samples_of_runs(model.samples.size(), [&](std::size_t s) { return model.samples[s][0]; })),
+      simulations_(model),
       proposed_(std::min<std::size_t>(rigs * settings.proposals, model.info.samples)),
       proposed_in_(model.info.samples),
       promising_(DepthRanking::most_promising),
       costs_(model, regression_),
       compared_(std::min<std::size_t>(rigs * promising_.capacity(), model.info.samples)),
       squares_(rigs * compared_.size()),
-      best_(most_candidates(settings, runs_.size(), model.info.samples)),
+      best_(most_candidates(settings, simulations_.simulations(), model.info.samples)),
       candidates_(best_.capacity()),
       alone_(best_.capacity()),
       states_of_rig_(std::max<std::size_t>(best_.capacity(), settings.most_combined())),
@@ -68,7 +68,7 @@ void JointFitter::correct(SurfaceFit& result) noexcept {
     if (later_s != 0) {
       const auto states = std::span(states_).subspan(rig * states_of_rig_, samples);
       std::ranges::transform(estimate_.numbers(), states.begin(),
-                             [&, later = later_s](std::uint32_t sample) { return state_at(sample, later); });
+                             [&, later = later_s](std::uint32_t sample) { return simulations_.later(sample, later); });
       seen.states = states;
     }
     fitter->correction().begin(estimate_);
@@ -91,7 +91,7 @@ void JointFitter::propose() noexcept {
   proposed_count_ = 0;
   const auto add = [this](const RigEvidence& rig, std::span<const RankedSample> proposals) {
     for (const RankedSample& one : proposals) {
-      const std::uint32_t sample = nearest_at(one.sample, -rig.later_s);
+      const std::uint32_t sample = simulations_.nearest_later(one.sample, -rig.later_s);
       if (proposed_in_[sample] == fits_) continue;
       proposed_in_[sample] = fits_;
       proposed_[proposed_count_++] = {sample, 0};
@@ -113,7 +113,8 @@ void JointFitter::rank(const FrameExpectation* expected) noexcept {
     const auto& [fitter, index, later_s] = rigs_[rig];
     fitter->compare_again();
     for (std::size_t i = 0; i < proposed.size(); ++i)
-      squares_[rig * compared_.size() + i] = squares_of(*fitter, nearest_at(proposed[i].sample, later_s));
+      squares_[rig * compared_.size() + i] =
+          squares_of(*fitter, simulations_.nearest_later(proposed[i].sample, later_s));
   });
   costs_.assess(proposed, expected);
   float least = std::numeric_limits<float>::infinity();
@@ -145,7 +146,7 @@ SquareSums JointFitter::squares_of(SurfaceFitter& fitter, std::uint32_t sample) 
 float JointFitter::not_residual(std::uint32_t best) noexcept {
   float squares = 0, cells = 0;
   for (const auto& [fitter, index, later_s] : rigs_) {
-    const std::uint32_t sample = nearest_at(best, later_s);
+    const std::uint32_t sample = simulations_.nearest_later(best, later_s);
     const SquareSums all = squares_of(*fitter, sample);
     squares += all.cells * std::max(all.mean() - fitter->shown_squares_of(sample).mean(), 0.0f);
     cells += all.cells;
@@ -186,7 +187,7 @@ std::span<const float> JointFitter::compare_at(std::size_t rig, double later_s) 
   const auto states = std::span(states_).subspan(rig * states_of_rig_, ranked.size());
   const auto gram = std::span(rig_gram_).subspan(rig * gram_.size(), ranked.size() * ranked.size());
   std::ranges::transform(ranked, states.begin(),
-                         [&](const RankedSample& one) { return state_at(one.sample, later_s); });
+                         [&](const RankedSample& one) { return simulations_.later(one.sample, later_s); });
   residuals.compare(states, is_hidden_);
   std::ranges::fill(gram, 0.0f);
   residuals.add_products(1, gram);
@@ -210,7 +211,7 @@ const PoseBelief& JointFitter::pose_of(std::size_t rig, const PoseBelief& prior)
   const std::size_t k = std::min<std::size_t>(best_.ranked().size(), settings_.candidates);
   const auto samples = std::span(of_rig_).subspan(rig * best_.capacity(), k);
   std::ranges::transform(best_.ranked().first(k), samples.begin(), [&](const RankedSample& one) {
-    return RankedSample{nearest_at(one.sample, rigs_[rig].later_s), one.distance};
+    return RankedSample{simulations_.nearest_later(one.sample, rigs_[rig].later_s), one.distance};
   });
   EstimateProblem of_rig = problem();
   of_rig.samples = samples;
@@ -243,7 +244,8 @@ ShapePrediction JointFitter::predict() noexcept {
     if (!predicts(rig)) continue;
     const ShapePrediction one = rig.fitter->predict_again(estimate_.shares());
     if (one.scores.empty() || !(one.most_difference > 0)) continue;
-    const float shown = std::min(rig.fitter->shown_share(nearest_at(best_.ranked()[0].sample, rig.later_s)), 1.0f);
+    const float shown =
+        std::min(rig.fitter->shown_share(simulations_.nearest_later(best_.ranked()[0].sample, rig.later_s)), 1.0f);
     const float weight = shown / (has_bounds ? square(rig.fitter->error_90()) + noise_ : square(one.most_difference));
     for (std::size_t i = 0; i < scores_.size(); ++i) scores_[i] += weight * one.scores[i];
     add_earlier(rig, weight);
@@ -260,7 +262,7 @@ ShapePrediction JointFitter::predict() noexcept {
 void JointFitter::add_earlier(const RigEvidence& rig, float weight) noexcept {
   if (rig.later_s == 0) return;
   for (std::size_t i = 0; i < best_.ranked().size(); ++i) {
-    const auto [sample, next, share] = state_at(best_.ranked()[i].sample, rig.later_s);
+    const auto [sample, next, share] = simulations_.later(best_.ranked()[i].sample, rig.later_s);
     const auto own = regression_.shape(best_.ranked()[i].sample), a = regression_.shape(sample),
                b = regression_.shape(next);
     const float part = weight * estimate_.shares()[i];
@@ -277,15 +279,15 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
   is_contradictory_ = false;
   for (const auto& [fitter, index, later_s] : rigs_) {
     const float share = fitter->residuals().filled() / cells_,
-                square = fitter->judged_square(nearest_at(best, later_s));
+                square = fitter->judged_square(simulations_.nearest_later(best, later_s));
     const float own = fitter->judged_square(fitter->search().sample(0));
     is_contradictory_ |= square + noise_ > most_worse * most_worse * (own + noise_);
     squares += share * square;
     expected += share * weights_.plausible_mean([&, of = fitter, later = later_s](std::uint32_t sample) {
-      return lbea::square(of->views().expected_residual(nearest_at(sample, later)));
+      return lbea::square(of->views().expected_residual(simulations_.nearest_later(sample, later)));
     });
     limit += share * fitter->images().misfit_limit;
-    shown += share * std::min(fitter->shown_share(nearest_at(best, later_s)), 1.0f);
+    shown += share * std::min(fitter->shown_share(simulations_.nearest_later(best, later_s)), 1.0f);
     gives_verdicts = gives_verdicts && fitter->gives_verdicts();
     if (fitter->is_hidden() != is_hidden_) continue;
     per_spread += share * fitter->error_per_spread();
@@ -297,20 +299,6 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
   if (per_spread > 0 && (shown >= least_bounded || !is_hidden_)) result.error_90 = per_spread / bounded * result.spread;
   result.misfit = std::sqrt((squares + noise_) / (expected + noise_));
   verdict_ = weights_.verdict(result.misfit, limit, estimate_.from_best());
-}
-
-/// Of the sample's simulation, the state nearest to a later time.
-std::uint32_t JointFitter::nearest_at(std::uint32_t sample, double later_s) const noexcept {
-  const StateBetween state = state_at(sample, later_s);
-  return state.share < 0.5f ? state.sample : state.next;
-}
-
-StateBetween JointFitter::state_at(std::uint32_t sample, double later_s) const noexcept {
-  if (later_s == 0 || model_.sample_times.empty()) return {sample, sample, 0};
-  const auto after = std::ranges::upper_bound(runs_, std::size_t{sample}, {}, &RunSamples::first);
-  const auto [before, share] = (after - 1)->place_of(model_.sample_times, model_.sample_times[sample] + later_s);
-  const auto state = static_cast<std::uint32_t>(before);
-  return {state, state + (share > 0 ? 1 : 0), static_cast<float>(share)};
 }
 
 }  // namespace lbea

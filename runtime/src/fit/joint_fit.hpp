@@ -74,15 +74,13 @@ class JointFitter {
   void add_earlier(const RigEvidence& rig, float weight) noexcept;
   void judge(SurfaceFit& result) noexcept;
   [[nodiscard]] EstimateProblem problem() const noexcept;
-  [[nodiscard]] StateBetween state_at(std::uint32_t sample, double later_s) const noexcept;
-  [[nodiscard]] std::uint32_t nearest_at(std::uint32_t sample, double later_s) const noexcept;
 
   RigThreads threads_;
   const ModelView& model_;
   ShapeRegression regression_;
   FitSettings settings_;
   float noise_;  // squared length unit
-  std::vector<RunSamples> runs_;
+  SimulationStates simulations_;
   std::span<const RigEvidence> rigs_;
   bool is_hidden_ = false;  // of every rig
   bool is_contradictory_ = false;

@@ -1,6 +1,8 @@
 // The samples of each run of an ensemble, by time.
 #pragma once
 
+#include "runtime/src/model/model_view.hpp"
+
 #include <lbea/lbea.hpp>
 
 #include <algorithm>
@@ -53,5 +55,24 @@ template <class SimulationOf>
 [[nodiscard]] inline std::vector<RunSamples> samples_of_runs(std::span<const Sample> samples) {
   return samples_of_runs(samples.size(), [&](std::size_t s) { return samples[s].simulation; });
 }
+
+/// The samples of a model, as the states of its simulations.
+class SimulationStates {
+ public:
+  /// Keeps a reference to the model.
+  explicit SimulationStates(const ModelView& model);
+
+  [[nodiscard]] std::size_t simulations() const noexcept { return runs_.size(); }
+  /// All of the sample's simulation.
+  [[nodiscard]] const RunSamples& run_of(std::uint32_t sample) const noexcept;
+  /// Of the sample's simulation, later than the sample; the sample itself in models without times.
+  [[nodiscard]] StateBetween later(std::uint32_t sample, double by_s) const noexcept;
+  /// The nearest sample to that state.
+  [[nodiscard]] std::uint32_t nearest_later(std::uint32_t sample, double by_s) const noexcept;
+
+ private:
+  const ModelView& model_;
+  std::vector<RunSamples> runs_;
+};
 
 }  // namespace lbea
