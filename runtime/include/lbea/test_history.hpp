@@ -18,8 +18,8 @@ namespace lbea {
 /// it.
 class LBEA_API TestHistory {
  public:
-  /// `views`: the matcher's; when empty, those baked into the model. A matcher with images of another size does not use
-  /// the history.
+  /// `views`: the matcher's; when empty, those baked into the model. A matcher of another model, or with images of
+  /// another size, does not use the history.
   explicit TestHistory(const Model& model, const SensorViews& views = {});
   ~TestHistory();
   TestHistory(TestHistory&&) noexcept;

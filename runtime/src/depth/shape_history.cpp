@@ -41,6 +41,29 @@ EarlierShapes ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
   return shapes;
 }
 
+[[gnu::cold]]  // compiled for size
+std::span<const RankedSample>
+ContinuedSamples::find(const FrameExpectation& expected) noexcept {
+  count_ = 0;
+  for (const EarlierShape* const earlier : expected.earlier) {
+    if (earlier == nullptr) continue;
+    const double age_s = seconds_between(earlier->stamp_ns, expected.stamp_ns);
+    for (const std::uint32_t similar : std::span(earlier->similar).first(earlier->similar_count)) {
+      const RunSamples& run = states_.run_of(similar);
+      const std::size_t now = states_.nearest_later(similar, age_s), last = run.first + run.count - 1;
+      for (std::size_t state = std::max(now, run.first + 1) - 1; state <= std::min(now + 1, last); ++state) add(state);
+    }
+  }
+  return std::span(found_).first(count_);
+}
+
+[[gnu::cold]] void ContinuedSamples::add(std::size_t sample) noexcept {
+  const auto number = static_cast<std::uint32_t>(sample);
+  const auto found = std::span(found_).first(count_);
+  if (std::ranges::find(found, number, &RankedSample::sample) == found.end()) found_[count_++] = {number, 0};
+}
+
+[[gnu::cold]]  // compiled for size
 ExpectationCosts::ExpectationCosts(const ModelView& model, const ShapeRegression& regression)
     : model_(model), regression_(regression), costs_(model.sample_times.size()), squared_(costs_.size()) {
   for (std::uint32_t sample = 0; sample < costs_.size(); ++sample)

@@ -5,13 +5,18 @@
 #include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/depth/test_clock.hpp"
 #include "runtime/src/match/sample_search.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 namespace lbea {
 
 struct EarlierShape {
+  static constexpr std::size_t most_similar = 8;
+
   std::int64_t stamp_ns = 0;
   float error = 0;  // length unit
   std::array<float, ShapeRegression::shape_scores> scores{};
+  std::array<std::uint32_t, most_similar> similar{};  // samples nearest to it, nearest first
+  std::size_t similar_count = 0;
 };
 
 /// Latest first; null: none.
@@ -51,6 +56,25 @@ struct FrameExpectation {
   void begin_at(double earliest_s) noexcept {
     latest = std::isfinite(earliest_s) ? TimeBelief{latest.mean_s + earliest_s, latest.variance} : TimeBelief{};
   }
+};
+
+/// The samples that earlier frames propose.
+class ContinuedSamples {
+ public:
+  static constexpr std::size_t most = std::tuple_size_v<EarlierShapes> * EarlierShape::most_similar * 3;
+
+  /// Keeps a reference to the model.
+  explicit ContinuedSamples(const ModelView& model) : states_(model) {}
+  /// Of the simulations that were similar to the earlier shapes, the state at the time of the frame, or the last one,
+  /// and the states before and after it: each once, with the distance 0. Valid until the next call. Does not allocate.
+  [[nodiscard]] std::span<const RankedSample> find(const FrameExpectation& expected) noexcept;
+
+ private:
+  void add(std::size_t sample) noexcept;
+
+  SimulationStates states_;
+  std::array<RankedSample, most> found_{};
+  std::size_t count_ = 0;
 };
 
 /// How unlikely samples are by what is known before: negative logarithms of probabilities, up to a constant.

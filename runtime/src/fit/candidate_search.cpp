@@ -31,6 +31,8 @@ CandidateSearch::CandidateSearch(const ModelView& model, const DepthImages& imag
       thinned_(images),
       by_thinned_(thinned_.empty() ? 1 : std::min(settings.proposals, model.info.samples)),
       few_(8),
+      continued_(model),
+      by_both_(by_thinned_.capacity()),
       filled_cells_(count_filled(images)),
       costs_(model, images.regression),
       ranking_(images.camera, std::min(settings.candidates, model.info.samples), images.metric,
@@ -68,7 +70,7 @@ void CandidateSearch::search(std::span<const RankedSample> proposed, const Frame
     return;
   }
   thinned_.propose(image_.observed, by_thinned_);
-  assess(by_thinned_.selected(capacity()), expected);
+  assess(expected != nullptr ? propose_hidden(*expected) : by_thinned_.selected(capacity()), expected);
   rank_image();
 }
 
@@ -77,6 +79,20 @@ bool CandidateSearch::is_explained_whole(const FrameExpectation* expected, float
   assess(by_thinned_.selected(capacity()), expected);
   const float least = rank(frame_.cells());
   return least + price(sample(0)) <= most;
+}
+
+/// What is seen of a frame may be similar to many samples that differ in the hidden part: those that continue the
+/// earlier frames take the places of the last ones by the image.
+std::span<const RankedSample> CandidateSearch::propose_hidden(const FrameExpectation& expected) noexcept {
+  auto continued = continued_.find(expected);
+  continued = continued.first(std::min(continued.size(), by_both_.size() / 2));
+  auto by_image = by_thinned_.selected(by_both_.size() - continued.size());
+  by_image = by_image.first(std::min(by_image.size(), by_both_.size() - continued.size()));
+  const auto is_new = [&](const RankedSample& one) {
+    return std::ranges::find(by_image, one.sample, &RankedSample::sample) == by_image.end();
+  };
+  const auto end = std::ranges::copy(by_image, by_both_.begin()).out;
+  return {by_both_.begin(), std::ranges::copy_if(continued, end, is_new).out};
 }
 
 void CandidateSearch::assess(std::span<const RankedSample> proposed, const FrameExpectation* expected) noexcept {

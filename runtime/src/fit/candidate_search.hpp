@@ -80,6 +80,7 @@ class CandidateSearch {
   float rank(std::span<float> observed) noexcept;
   void rank_image() noexcept;
   void assess(std::span<const RankedSample> proposed, const FrameExpectation* expected) noexcept;
+  [[nodiscard]] std::span<const RankedSample> propose_hidden(const FrameExpectation& expected) noexcept;
   void set_candidates(float not_residual) noexcept;
   [[nodiscard]] float least_residual(std::span<const float> observed,
                                      std::span<const RankedSample> samples) const noexcept;
@@ -100,7 +101,9 @@ class CandidateSearch {
   std::vector<float> known_;    // the frame's cells without those that something hid in earlier frames
   ThinnedImages thinned_;
   SelectedSamples by_thinned_;
-  BestSamples few_;                          // of all samples; thinned images are nearly as good as whole ones
+  BestSamples few_;  // of all samples; thinned images are nearly as good as whole ones
+  ContinuedSamples continued_;
+  std::vector<RankedSample> by_both_;        // by the image and by earlier frames
   std::vector<std::uint32_t> filled_cells_;  // per sample
   ExpectationCosts costs_;
   DepthRanking ranking_;  // by residual

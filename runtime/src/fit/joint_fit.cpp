@@ -85,7 +85,8 @@ void JointFitter::correct(SurfaceFit& result) noexcept {
   weights_.rank(estimate_.from_estimate(), 0, result);
 }
 
-/// Those that any rig's frame is compared with; first the ones that are good for one rig.
+/// Those that any rig's frame is compared with; first the ones that are good for one rig, or that only its earlier
+/// frames propose.
 void JointFitter::propose() noexcept {
   ++fits_;
   proposed_count_ = 0;

@@ -24,6 +24,7 @@ ShapeEstimate::ShapeEstimate(const ModelView& model, const ShapeRegression& regr
       landmarks_(most),
       from_best_(most),
       from_estimate_(most),
+      nearest_(most_nearest),
       linear_(most),
       shares_(most),
       simplex_(most),
@@ -74,8 +75,11 @@ void ShapeEstimate::reweigh(std::span<const float> weights) noexcept {
 }
 
 void ShapeEstimate::measure_candidates() noexcept {
-  for (std::size_t i = 0; i < count(); ++i)
+  nearest_.clear();
+  for (std::size_t i = 0; i < count(); ++i) {
     from_estimate_[i] = shapes_.mean_distance(landmarks_[i], estimate_landmarks_);
+    nearest_.offer(problem_.samples[i].sample, from_estimate_[i]);
+  }
 }
 
 void ShapeEstimate::combine_candidates() noexcept {

@@ -34,6 +34,8 @@ struct ShapePrediction {
 
 class ShapeEstimate {
  public:
+  static constexpr std::uint32_t most_nearest = 8;
+
   /// Keeps references to the model and to the regression's memory. Allocates all memory, for up to `most` candidates.
   ShapeEstimate(const ModelView& model, const ShapeRegression& regression, std::size_t most,
                 const FitSettings& settings);
@@ -63,6 +65,8 @@ class ShapeEstimate {
   [[nodiscard]] std::span<const float> from_estimate() const noexcept {
     return std::span(from_estimate_).first(count());
   }
+  /// The candidates nearest to the estimate, at most most_nearest, nearest first.
+  [[nodiscard]] std::span<const RankedSample> nearest() const noexcept { return nearest_.ranked(); }
   /// Shape scores, all 0 if the bake has trained no regression.
   [[nodiscard]] const std::array<float, ShapeRegression::shape_scores>& shape() const noexcept { return shape_; }
   /// Mean time of the samples, s.
@@ -93,6 +97,7 @@ class ShapeEstimate {
   std::vector<float> landmark_buffer_;
   std::vector<std::span<const float>> landmarks_;  // of the candidates
   std::vector<float> from_best_, from_estimate_;
+  BestSamples nearest_;
   std::vector<float> linear_, shares_;
   SimplexProblem simplex_;
   RidgeProblem ridge_;

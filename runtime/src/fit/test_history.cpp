@@ -3,7 +3,8 @@
 namespace lbea {
 
 HistoryState::HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images)
-    : estimates_pose(images != nullptr && images->pose_variance > 0),
+    : model_checksum(model.file_checksum),
+      estimates_pose(images != nullptr && images->pose_variance > 0),
       pose(PoseCenter::of(model), length_per_mm, EnsembleTimes::of(model).duration_s,
            images != nullptr ? images->pose_errors : PoseErrors(),
            images != nullptr ? images->pose_errors_by_points : std::nullopt),
@@ -56,7 +57,10 @@ void HistoryState::write_time(std::int64_t at_ns, FitNumbers& numbers) const noe
 
 EarlierShape shape_shown(std::int64_t stamp_ns, const ShapeEstimate& estimate, float error_90, float spread) noexcept {
   constexpr float deviations = 2;  // of a mean distance that 90 % do not reach
-  return {stamp_ns, std::isfinite(error_90) ? error_90 / deviations : spread, estimate.shape()};
+  EarlierShape shown{stamp_ns, std::isfinite(error_90) ? error_90 / deviations : spread, estimate.shape()};
+  static_assert(ShapeEstimate::most_nearest <= EarlierShape::most_similar);
+  for (const RankedSample& one : estimate.nearest()) shown.similar[shown.similar_count++] = one.sample;
+  return shown;
 }
 
 TestHistory::TestHistory(const Model& model, const SensorViews& views) {

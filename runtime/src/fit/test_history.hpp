@@ -15,6 +15,11 @@ namespace lbea {
 struct LBEA_HIDDEN HistoryState {
   HistoryState(const ModelView& model, double length_per_mm, const DepthImages* images);
 
+  /// Whether the frames of a matcher may use it: it keeps numbers of samples, and cells. cells: of the matcher's depth
+  /// image.
+  [[nodiscard]] bool fits(const ModelView& model, std::size_t cells) const noexcept {
+    return model.file_checksum == model_checksum && cells == hidden.cells();
+  }
   void reset() noexcept;
   void begin_frame(std::int64_t stamp_ns) noexcept;
   /// Of the frame.
@@ -32,6 +37,7 @@ struct LBEA_HIDDEN HistoryState {
   /// The time since the impact, at a stamp.
   void write_time(std::int64_t at_ns, FitNumbers& numbers) const noexcept;
 
+  std::uint64_t model_checksum;
   bool estimates_pose;
   PoseFilter pose;
   ShapeHistory shapes;

@@ -26,7 +26,7 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
 }
 
 void Matcher::State::begin_frame(const Frame& frame, HistoryState* of_test) noexcept {
-  history = fitter && of_test && of_test->hidden.cells() == fitter->cells() ? of_test : nullptr;
+  history = fitter && of_test && of_test->fits(view, fitter->cells()) ? of_test : nullptr;
   pose = history && history->estimates_pose && fitter->estimates_pose() ? &history->pose : nullptr;
   if (history) history->begin_frame(frame.stamp_ns);
 }

@@ -65,9 +65,10 @@ class SimulationStates {
   [[nodiscard]] std::size_t simulations() const noexcept { return runs_.size(); }
   /// All of the sample's simulation.
   [[nodiscard]] const RunSamples& run_of(std::uint32_t sample) const noexcept;
-  /// Of the sample's simulation, later than the sample; the sample itself in models without times.
+  /// The state of the sample's simulation so much later, or earlier if it is negative: not before the first one nor
+  /// after the last one. The sample itself in models without times.
   [[nodiscard]] StateBetween later(std::uint32_t sample, double by_s) const noexcept;
-  /// The nearest sample to that state.
+  /// The sample nearest to that state.
   [[nodiscard]] std::uint32_t nearest_later(std::uint32_t sample, double by_s) const noexcept;
 
  private:

@@ -1,7 +1,7 @@
 // What the earlier frames of a test say about the next one.
+#include "runtime/src/fit/test_history.hpp"
 #include "runtime/src/depth/shape_history.hpp"
 #include "runtime/src/depth/test_clock.hpp"
-#include "runtime/src/fit/surface_fit.hpp"
 #include "runtime/src/model/model_view.hpp"
 #include "tests/runtime/fit/seen_plates.hpp"
 
@@ -120,6 +120,31 @@ TEST_CASE("a sample costs as much as its time differs from that of the frame") {
   const FrameExpectation contradictory{0, {&earlier}, {-1, 1e-6}};
   costs.assess(all_samples(), &contradictory);
   CHECK(costs[8] == 4);  // the most by the time alone
+}
+
+TEST_CASE("earlier shapes propose what their simulations show at the time of the frame, and the states beside it") {
+  const TwoSimulations two;
+  ContinuedSamples continued(two.view);
+  const auto found = [&](const EarlierShapes& earlier, std::int64_t stamp_ns) {
+    std::vector<std::uint32_t> samples;
+    for (const RankedSample& one : continued.find({stamp_ns, earlier})) samples.push_back(one.sample);
+    return samples;
+  };
+  using Samples = std::vector<std::uint32_t>;
+  EarlierShape shape = shape_at(0), older = shape_at(-millisecond);
+  shape.similar = {6, 1};  // at 1 ms, of both simulations
+  CHECK(found({}, millisecond).empty());
+  CHECK(found({&shape}, millisecond).empty());  // similar to none
+  shape.similar_count = 1;
+  CHECK(found({&shape}, millisecond) == Samples{6, 7, 8});
+  CHECK(found({&shape}, 3 * millisecond) == Samples{8, 9});   // the last state
+  CHECK(found({&shape}, 30 * millisecond) == Samples{8, 9});  // remains
+  CHECK(found({&shape}, -millisecond) == Samples{5, 6});      // the first one
+  shape.similar_count = 2;
+  CHECK(found({&shape}, millisecond) == Samples{6, 7, 8, 1, 2, 3});
+  older.similar = {1};
+  older.similar_count = 1;
+  CHECK(found({&shape, &older}, millisecond) == Samples{6, 7, 8, 1, 2, 3, 4});  // each once
 }
 
 TEST_CASE("times count from the first state, and intervals are those between states") {
@@ -294,6 +319,21 @@ TEST_CASE("a history for depth images of another size is not used") {
   }
 }
 
+// It keeps numbers of samples: those of a model with fewer of them were read beyond their end.
+TEST_CASE("a history of another model is not used") {
+  const AlignedBytes bytes = seen_plates_model(6, 8), more_bytes = seen_plates_model(6, 16);
+  const Model model = Model::view(bytes.span()), more = Model::view(more_bytes.span());
+  Matcher matcher(model, fit_config()), of_more(more, fit_config());
+  TestHistory history(more);
+  for (std::uint32_t step = 0; step < 10; ++step) {
+    const std::vector<Point> points = seen(bent(0.75 * step / 15), {.sigma = 0.5f}, step + 1);
+    const Frame frame{step, step * millisecond, points};
+    const bool knows_time = std::isfinite(of_more.match(frame, history).fit.test_time);
+    if (step > 4) REQUIRE(knows_time);
+    CHECK(std::isnan(matcher.match(frame, history).fit.test_time));
+  }
+}
+
 // The undeformed component explained them as well as any other shape, so that the test, which begins in the middle of
 // the crash, counted as one that begins undeformed.
 TEST_CASE("a few points at the beginning of a test do not tell what it begins with") {
@@ -367,4 +407,56 @@ TEST_CASE("the first frame of a test may show any time where no samples are prop
     static_cast<void>(fitter.fit(index, all, {nullptr, &first, nullptr}));
     CHECK(fitter.search().candidates()[0].sample == alone);
   }
+}
+
+TEST_CASE("the shape that a frame shows is kept with the samples nearest to it") {
+  const AlignedBytes bytes = seen_plates_model(6, 16);
+  const Model model = Model::view(bytes.span());
+  SurfaceFitter fitter(model.view(), SensorViews::baked_into(model), 1, {});
+  CloudIndex index(envelope_grid(model.view().envelope), 200'000);
+  index.build(seen(bent(0.4)), rig_above().T_reference_sensor);
+  const FrameExpectation nothing{};
+  static_cast<void>(fitter.fit(index, {}, {nullptr, &nothing, nullptr}));
+  const EarlierShape shown = shape_shown(5, fitter.estimate(), 4, 1);
+  CHECK(shown.stamp_ns == 5);
+  CHECK(shown.error == 2);
+  REQUIRE(shown.similar_count == EarlierShape::most_similar);
+  const auto angle = [](std::uint32_t sample) { return (0.5 + 0.1 * (sample / 16)) * (sample % 16) / 15; };
+  for (const std::uint32_t sample : shown.similar) CHECK(std::abs(angle(sample) - 0.4) < 0.05);
+  CHECK(std::abs(angle(shown.similar.front()) - 0.4) < 0.01);
+}
+
+// In a test of which one third was hidden throughout, no sample of the true deformation branch was among the proposals:
+// what was seen of the last frames was more similar to 256 others.
+TEST_CASE("where something hides a part, samples that continue the earlier frames are proposed, too") {
+  const AlignedBytes bytes = seen_plates_model(6, 16);
+  const Model model = Model::view(bytes.span());
+  FitSettings few;
+  few.proposals = few.candidates;
+  SurfaceFitter fitter(model.view(), SensorViews::baked_into(model), 1, few);
+  CloudIndex index(envelope_grid(model.view().envelope), 200'000);
+  const auto propose = [&](float end, const EarlierShape& earlier) {
+    std::vector<Point> points = seen(bent(0.5 * 12 / 15), {.sigma = 0.5f}, 1);
+    std::erase_if(points, [end](const Point& p) { return p.x > end; });
+    index.build(points, rig_above().T_reference_sensor);
+    const FrameExpectation expected{0, {&earlier}};
+    static_cast<void>(fitter.fit(index, {}, {nullptr, &expected, nullptr}));
+    std::vector<std::uint32_t> proposed;
+    for (const RankedSample& one : fitter.search().proposed()) proposed.push_back(one.sample);
+    std::ranges::sort(proposed);
+    CHECK(std::ranges::adjacent_find(proposed) == proposed.end());
+    CHECK(proposed.size() <= few.proposals);
+    return proposed;
+  };
+  const std::uint32_t before = 5 * 16 + 10, now = before + 4;  // of the plate that bends most
+  const double age_s = model.view().sample_times[now] - model.view().sample_times[before];
+  EarlierShape none = shape_at(-std::llround(1e9 * age_s)), similar = none;
+  similar.similar = {before};
+  similar.similar_count = 1;
+  for (const std::uint32_t continued : {now - 1, now, now + 1}) {
+    CHECK_FALSE(std::ranges::binary_search(propose(-65, none), continued));
+    CHECK(std::ranges::binary_search(propose(-65, similar), continued));
+  }
+  REQUIRE(fitter.search().image().is_hidden);
+  CHECK(propose(500, similar) == propose(500, none));  // the image tells
 }
