@@ -80,9 +80,12 @@ void ExpectationCosts::assess(std::span<const RankedSample> samples, const Frame
   float least = std::numeric_limits<float>::infinity();  // which no sample can avoid
   for (const RankedSample& one : samples) least = std::min(least, costs_[one.sample]);
   for (const RankedSample& one : samples) costs_[one.sample] -= least;
-  // A frame that clearly contradicts the earlier ones is believed. Their time counts for less: it is wrong if something
-  // hides a part when the test begins.
-  constexpr double most_by_time = 4, most = 8;
+  // A frame that clearly contradicts the earlier ones is believed. The time counts for less: it is wrong if something
+  // hides a part when the test begins. In the first frame, it alone tells a component of which a part is hidden from
+  // one that is crushed up to there.
+  constexpr double most = 8;
+  const bool is_alone = expected->is_first && expected->earlier.front() == nullptr && expected->latest.variance > 0;
+  const double most_by_time = is_alone ? most : most / 2;
   for (const RankedSample& one : samples) {
     const double by_time = time_cost(model_.sample_times[one.sample], *expected);
     const double cost = (by_time < most_by_time ? by_time : most_by_time) + double{costs_[one.sample]};

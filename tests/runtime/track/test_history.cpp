@@ -120,6 +120,14 @@ TEST_CASE("a sample costs as much as its time differs from that of the frame") {
   const FrameExpectation contradictory{0, {&earlier}, {-1, 1e-6}};
   costs.assess(all_samples(), &contradictory);
   CHECK(costs[8] == 4);  // the most by the time alone
+  for (const bool is_first : {true, false}) {
+    costs.assess(all_samples(), std::array{FrameExpectation{0, {}, {}, {-1, 1e-6}, is_first}}.data());
+    CHECK(costs[8] == (is_first ? 8 : 4));  // the time of a first frame is all that is known
+    costs.assess(all_samples(), std::array{FrameExpectation{0, {}, {-1, 1e-6}, {}, is_first}}.data());
+    CHECK(costs[8] == 4);  // of an impact that is known
+    costs.assess(all_samples(), std::array{FrameExpectation{0, {&earlier}, {}, {-1, 1e-6}, is_first}}.data());
+    CHECK(costs[8] == 4);  // of a rig whose other rigs have seen frames
+  }
 }
 
 TEST_CASE("earlier shapes propose what their simulations show at the time of the frame, and the states beside it") {
