@@ -60,7 +60,7 @@ MatchResult RigMatcher::State::combine() noexcept {
   Stopwatch watch;
   joint_history.begin_frame(result.stamp_ns);
   FrameExpectation expected = joint_history.expectation();
-  if (expected.is_first) expected.begin_at(earliest_s());
+  if (expected.is_first) begin_test(expected);
   bool corrects = false;
   do {
     result.fit = fitter.fit(std::span(evidence).first(used), &expected);
@@ -77,6 +77,13 @@ MatchResult RigMatcher::State::combine() noexcept {
   remember(result);
   publish(result);
   return result;
+}
+
+/// A rig from which nothing is hidden tells the time of a first frame.
+void RigMatcher::State::begin_test(FrameExpectation& first) const noexcept {
+  first.begin_at(earliest_s());
+  const auto is_hidden = [](const RigEvidence& rig) { return rig.fitter->is_hidden(); };
+  first.is_first = std::ranges::all_of(std::span(evidence).first(used), is_hidden);
 }
 
 /// By all rigs' frames instead of each one's own. Returns whether a pose changed, so that its frame was matched again.

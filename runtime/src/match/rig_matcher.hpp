@@ -26,6 +26,7 @@ struct RigMatcher::State {
   [[nodiscard]] bool awaits_impact(std::size_t rig) const noexcept;
   [[nodiscard]] bool move_poses(bool by_points) noexcept;
   [[nodiscard]] bool move_pose(std::size_t rig, bool by_points) noexcept;
+  void begin_test(FrameExpectation& first) const noexcept;
   [[nodiscard]] double earliest_s() const noexcept;
   [[nodiscard]] bool is_contradicted() const noexcept;
   /// Forgets the frames since the last capture.
