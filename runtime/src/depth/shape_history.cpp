@@ -17,6 +17,7 @@ double time_cost(double time_s, const FrameExpectation& expected) noexcept {
 
 }  // namespace
 
+[[gnu::cold]]  // compiled for size, as the next ones
 void ShapeHistory::add(const EarlierShape& shape) noexcept {
   if (size_ > 0) {
     const double interval = seconds_between(latest(0).stamp_ns, shape.stamp_ns);
@@ -28,7 +29,7 @@ void ShapeHistory::add(const EarlierShape& shape) noexcept {
   shapes_[size_++ % shapes_.size()] = shape;
 }
 
-EarlierShapes ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
+[[gnu::cold]] EarlierShapes ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
   EarlierShapes shapes{};
   const double step = least_age * duration_s_;
   std::size_t found = 0;
@@ -41,9 +42,7 @@ EarlierShapes ShapeHistory::before(std::int64_t stamp_ns) const noexcept {
   return shapes;
 }
 
-[[gnu::cold]]  // compiled for size
-std::span<const RankedSample>
-ContinuedSamples::find(const FrameExpectation& expected) noexcept {
+[[gnu::cold]] std::span<const RankedSample> ContinuedSamples::find(const FrameExpectation& expected) noexcept {
   count_ = 0;
   for (const EarlierShape* const earlier : expected.earlier) {
     if (earlier == nullptr) continue;
@@ -63,8 +62,7 @@ ContinuedSamples::find(const FrameExpectation& expected) noexcept {
   if (std::ranges::find(found, number, &RankedSample::sample) == found.end()) found_[count_++] = {number, 0};
 }
 
-[[gnu::cold]]  // compiled for size
-ExpectationCosts::ExpectationCosts(const ModelView& model, const ShapeRegression& regression)
+[[gnu::cold]] ExpectationCosts::ExpectationCosts(const ModelView& model, const ShapeRegression& regression)
     : model_(model), regression_(regression), costs_(model.sample_times.size()), squared_(costs_.size()) {
   for (std::uint32_t sample = 0; sample < costs_.size(); ++sample)
     first_.push_back(sample > 0 && model.samples[sample][0] == model.samples[sample - 1][0] ? first_.back() : sample);

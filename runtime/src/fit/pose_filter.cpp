@@ -183,6 +183,7 @@ PoseFilter::PoseFilter(const PoseCenter& center, double length_per_mm, double du
                        const std::optional<PoseErrors>& by_points) noexcept
     : center_(center),
       tolerance_(0.25 * length_per_mm),
+      noise_(length_per_mm),
       duration_s_(duration_s),
       spreads_(by_image.spreads),
       by_points_(by_points ? std::optional(by_points->spreads) : std::nullopt),
@@ -202,8 +203,9 @@ void PoseFilter::begin_frame(std::int64_t stamp_ns) noexcept {
   stamp_ns_ = stamp_ns;
   if (seconds > 0 && duration_s_ > 0) test_.advance(std::min(seconds / duration_s_, 1.0));
   moved_ = test_.likelier().motion();
+  least_squared_ = std::numeric_limits<double>::infinity();
   passes_ = 0;
-  is_frozen_ = is_lost_ = false;
+  is_settled_ = is_frozen_ = is_lost_ = false;
 }
 
 PoseBelief PoseFilter::prior() const noexcept {
@@ -235,12 +237,26 @@ PoseMeasurement PoseFilter::measured(const PoseBelief& posterior, double time_s,
   return measured;
 }
 
+bool PoseFilter::is_worse(float residual) noexcept {
+  constexpr double clearly = 1.2;  // of squares
+  const double squared = double{residual} * double{residual};
+  if (squared + noise_ * noise_ > clearly * (least_squared_ + noise_ * noise_)) return true;
+  if (squared < least_squared_) best_ = moved_;
+  least_squared_ = std::min(least_squared_, squared);
+  return false;
+}
+
 bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double time_s,
-                      const std::optional<PoseMeasurement>& by_points) noexcept {
+                      const std::optional<PoseMeasurement>& by_points, std::optional<float> hidden_residual) noexcept {
   if (is_lost_ && is_explained) test_ = calibrated_;
   if (is_frozen_) return false;
   constexpr std::uint32_t most_unexplained = 5;  // frames in a row, each of which takes many passes
   if (!is_explained && unexplained_ >= most_unexplained) return go_back();
+  if (!is_settled_ && hidden_residual && is_worse(*hidden_residual)) {
+    moved_ = best_;
+    is_settled_ = true;
+    return true;
+  }
   DriftTest updated = test_;
   updated.update(measured(posterior, time_s, by_points), by_points.has_value() == by_points_.has_value());
   const PoseMotion motion = updated.likelier().motion();
@@ -251,8 +267,8 @@ bool PoseFilter::move(const PoseBelief& posterior, bool is_explained, double tim
   }
   constexpr double most_deviations = 5;  // of the calibration: beyond, or if not finite, the frame is not understood
   if (!(deviations <= most_deviations * most_deviations)) return go_back();
-  moved_ = motion;
-  if (squared > tolerance_ * tolerance_ && ++passes_ < most_passes) return true;
+  if (!is_settled_) moved_ = motion;
+  if (!is_settled_ && squared > tolerance_ * tolerance_ && ++passes_ < most_passes) return true;
   if (is_explained) {
     test_ = updated;
     unexplained_ = 0;

@@ -92,8 +92,10 @@ class PoseFilter {
   /// the errors of such measurements are known. Moves the cloud by the mean. Returns whether that is so far that
   /// the frame should be matched again; at most `most_passes` times per frame, and once to go back. is_explained: a
   /// simulation fits the frame; others do not change the pose. time_s: that the frame shows, since the impact.
+  /// hidden_residual: of what is seen, length unit, if something hides a part. What is seen then hardly tells some
+  /// motions from shapes: when the residual increases, the cloud goes back to where it was least.
   bool move(const PoseBelief& posterior, bool is_explained = true, double time_s = 0,
-            const std::optional<PoseMeasurement>& by_points = {}) noexcept;
+            const std::optional<PoseMeasurement>& by_points = {}, std::optional<float> hidden_residual = {}) noexcept;
   /// Variance per component.
   [[nodiscard]] const PoseMotion& calibration() const noexcept { return calibration_; }
   [[nodiscard]] bool uses_points() const noexcept { return by_points_.has_value(); }
@@ -110,9 +112,11 @@ class PoseFilter {
                                          const std::optional<PoseMeasurement>& by_points) const noexcept;
   /// To the pose of the frames before, which the frame does not change. Returns whether the pose changed.
   bool go_back() noexcept;
+  /// Than at the best pose of the frame. Remembers this one if it is better.
+  [[nodiscard]] bool is_worse(float residual) noexcept;
 
   PoseCenter center_;
-  double tolerance_, duration_s_;
+  double tolerance_, noise_, duration_s_;
   PoseSpreads spreads_;
   std::optional<PoseSpreads> by_points_;
   PoseMotion calibration_;  // variances
@@ -120,8 +124,11 @@ class PoseFilter {
   DriftTest test_;          // by the frames before, at the time of the frame
   PoseMotion moved_{};
   std::optional<std::int64_t> stamp_ns_;  // of the frame
+  PoseMotion best_{};                     // of the frame: where its residual was least
+  double least_squared_ = 0;              // this residual
   std::uint32_t passes_ = 0;              // of the frame
   std::uint32_t unexplained_ = 0;         // frames in a row
+  bool is_settled_ = false;               // the cloud is not moved any more
   bool is_frozen_ = false;                // the frame does not change the pose
   bool is_lost_ = false;                  // nor was that of the frames before right
 };

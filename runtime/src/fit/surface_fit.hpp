@@ -45,6 +45,10 @@ class SurfaceFitter {
   }
   /// Whether something hides a part of the last frame.
   [[nodiscard]] bool is_hidden() const noexcept { return search_.image().is_hidden; }
+  /// Then, the best candidate's residual, length unit.
+  [[nodiscard]] std::optional<float> hidden_residual() const noexcept {
+    return is_hidden() ? std::optional(search_.candidates()[0].distance) : std::nullopt;
+  }
   /// Adds the times of the last frame's parts.
   void add_times(StageTimes& times) const noexcept;
   /// The motion that the frame lacks, given the prior.

@@ -109,7 +109,8 @@ bool Matcher::State::move_pose(MatchResult& result) noexcept {
   watch.lap_ns();
   const std::optional<PoseMeasurement> by_points = pose_by_points();
   const double since_impact = fitter->time().mean_s - history->impact_s;
-  const bool is_farther = pose->move(fitter->pose(), fitter->is_explained(), since_impact, by_points);
+  const bool is_farther =
+      pose->move(fitter->pose(), fitter->is_explained(), since_impact, by_points, fitter->hidden_residual());
   const std::uint32_t taken = watch.lap_ns();
   result.elapsed_ns.fit += taken;
   result.elapsed_ns.judgment += taken;

@@ -101,7 +101,8 @@ bool RigMatcher::State::move_pose(std::size_t rig, bool by_points) noexcept {
   const double since_impact = fitter.time().mean_s - joint_history.impact_s;
   const PoseBelief posterior = fitter.pose_of(captures[rig].place, matcher.pose->prior());
   const auto measured = by_points ? matcher.pose_by_points() : std::nullopt;
-  if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact, measured)) return false;
+  if (!matcher.pose->move(posterior, fitter.is_explained(), since_impact, measured, matcher.fitter->hidden_residual()))
+    return false;
   MatchResult alone;
   if (matcher.index_points({captures[rig].frame_id, captures[rig].stamp_ns, captures[rig].points}, alone))
     matcher.fit(alone);
