@@ -86,8 +86,9 @@ bool CandidateSearch::is_explained_whole(const FrameExpectation* expected, float
 std::span<const RankedSample> CandidateSearch::propose_hidden(const FrameExpectation& expected) noexcept {
   auto continued = continued_.find(expected);
   continued = continued.first(std::min(continued.size(), by_both_.size() / 2));
-  auto by_image = by_thinned_.selected(by_both_.size() - continued.size());
-  by_image = by_image.first(std::min(by_image.size(), by_both_.size() - continued.size()));
+  const std::size_t places = by_both_.size() - continued.size();
+  auto by_image = by_thinned_.selected(places);
+  by_image = by_image.first(std::min(by_image.size(), places));
   const auto is_new = [&](const RankedSample& one) {
     return std::ranges::find(by_image, one.sample, &RankedSample::sample) == by_image.end();
   };

@@ -99,7 +99,8 @@ class PoseFilter {
   /// Variance per component.
   [[nodiscard]] const PoseMotion& calibration() const noexcept { return calibration_; }
   [[nodiscard]] bool uses_points() const noexcept { return by_points_.has_value(); }
-  /// Forgets what the frame has said so far, but not its pose and passes. before: the filter before the frame.
+  /// Forgets what the frame has said so far, but not its poses, passes and residuals. before: the filter before the
+  /// frame.
   void reconsider(const PoseFilter& before) noexcept;
   /// The frame has no points at this pose. Goes back to that of the frames before or, if it is that one, to none, which
   /// is kept if the frame is matched there. False when there is no other pose.
@@ -112,11 +113,11 @@ class PoseFilter {
                                          const std::optional<PoseMeasurement>& by_points) const noexcept;
   /// To the pose of the frames before, which the frame does not change. Returns whether the pose changed.
   bool go_back() noexcept;
-  /// Than at the best pose of the frame. Remembers this one if it is better.
+  /// Whether the residual is clearly larger than the least one of the frame, whose pose it remembers.
   [[nodiscard]] bool is_worse(float residual) noexcept;
 
   PoseCenter center_;
-  double tolerance_, noise_, duration_s_;
+  double tolerance_, noise_, duration_s_;  // noise_: of residuals, as in DepthMetric
   PoseSpreads spreads_;
   std::optional<PoseSpreads> by_points_;
   PoseMotion calibration_;  // variances
@@ -125,7 +126,7 @@ class PoseFilter {
   PoseMotion moved_{};
   std::optional<std::int64_t> stamp_ns_;  // of the frame
   PoseMotion best_{};                     // of the frame: where its residual was least
-  double least_squared_ = 0;              // this residual
+  double least_squared_ = 0;              // this residual, squared
   std::uint32_t passes_ = 0;              // of the frame
   std::uint32_t unexplained_ = 0;         // frames in a row
   bool is_settled_ = false;               // the cloud is not moved any more
