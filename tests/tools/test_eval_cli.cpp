@@ -338,5 +338,5 @@ TEST_CASE("a second rig sees what is hidden from the first one") {
   };
   const auto [oracle, of_both] = errors("--rig opposite.json --first-rig-alone");
   CHECK(of_both < oracle);
-  CHECK(of_both < errors("").second / 2);
+  CHECK(of_both < errors("").second / 3);
 }
