@@ -126,7 +126,7 @@ TEST_CASE("a sample costs as much as its time differs from that of the frame") {
     costs.assess(all_samples(), std::array{FrameExpectation{0, {}, {-1, 1e-6}, {}, is_first}}.data());
     CHECK(costs[8] == 4);  // of an impact that is known
     costs.assess(all_samples(), std::array{FrameExpectation{0, {&earlier}, {}, {-1, 1e-6}, is_first}}.data());
-    CHECK(costs[8] == 4);  // of a rig whose other rigs have seen frames
+    CHECK(costs[8] == 4);  // where another rig has seen earlier frames
   }
 }
 

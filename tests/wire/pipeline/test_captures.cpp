@@ -41,7 +41,7 @@ class FakeRigs final : public RigEngine {
   [[nodiscard]] double time_s(Sample) const noexcept override { return 0; }
 
  private:
-  std::array<RigResult, 2> results_{};  // as the stamps, written by one thread per rig
+  std::array<RigResult, 2> results_{};  // like the stamps, each written by its rig's thread
   std::array<std::optional<std::int64_t>, 2> stamps_ns_{};
 };
 
