@@ -63,10 +63,11 @@ void ShapeHistory::add(const EarlierShape& shape) noexcept {
 }
 
 [[gnu::cold]] ExpectationCosts::ExpectationCosts(const ModelView& model, const ShapeRegression& regression)
-    : model_(model), regression_(regression), costs_(model.sample_times.size()), squared_(costs_.size()) {
-  for (std::uint32_t sample = 0; sample < costs_.size(); ++sample)
-    first_.push_back(sample > 0 && model.samples[sample][0] == model.samples[sample - 1][0] ? first_.back() : sample);
-}
+    : model_(model),
+      regression_(regression),
+      states_(model),
+      costs_(model.sample_times.size()),
+      squared_(costs_.size()) {}
 
 void ExpectationCosts::assess(std::span<const RankedSample> samples, const FrameExpectation* expected) noexcept {
   is_assessed_ = expected != nullptr && !costs_.empty();
@@ -104,16 +105,10 @@ void ExpectationCosts::add_shape_costs(std::span<const RankedSample> samples, co
   for (const RankedSample& one : samples) costs_[one.sample] += weight * (squared_[one.sample] - least) / unit;
 }
 
-/// Between two states the shape changes linearly; before the first one it does not.
+/// Between two states the shape changes linearly.
 float ExpectationCosts::squared_distance_before(std::uint32_t sample, const EarlierShape& earlier,
                                                 double age_s) const noexcept {
-  const double time = model_.sample_times[sample] - age_s;
-  const auto times = model_.sample_times.first(sample).subspan(first_[sample]);  // before that of the sample
-  const auto later = first_[sample] + static_cast<std::uint32_t>(std::ranges::upper_bound(times, time) - times.begin());
-  const std::uint32_t before = std::max(later, first_[sample] + 1) - 1;
-  const double interval = model_.sample_times[later] - model_.sample_times[before];
-  const double passed = time - model_.sample_times[before];
-  const auto share = static_cast<float>(interval > 0 ? std::clamp(passed / interval, 0.0, 1.0) : 0.0);
+  const auto [before, later, share] = states_.later(sample, -age_s);
   const auto a = regression_.shape(before), b = regression_.shape(later);
   std::array<float, ShapeRegression::shape_scores> shape;
   for (std::size_t i = 0; i < shape.size(); ++i) shape[i] = a[i] + share * (b[i] - a[i]);

@@ -94,9 +94,9 @@ class ExpectationCosts {
 
   const ModelView& model_;
   const ShapeRegression& regression_;
-  std::vector<std::uint32_t> first_;  // per sample: the first one of its simulation
-  std::vector<float> costs_;          // per sample
-  std::vector<float> squared_;        // per sample: distance from an earlier shape
+  SimulationStates states_;
+  std::vector<float> costs_;    // per sample
+  std::vector<float> squared_;  // per sample: distance from an earlier shape
   bool is_assessed_ = false;
 };
 
