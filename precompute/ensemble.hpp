@@ -24,14 +24,18 @@ struct Box {
   std::array<double, 3> min{}, max{};
 };
 
-/// The part of the reference mesh that the rig can see: the intersection of the given criteria; without any, the whole
-/// mesh.
+/// The part of the reference mesh that the rigs can see: the intersection of the given criteria; without any, the whole
+/// mesh. The tools replace none by what the rigs of the depth images see.
 struct RegionDescription {
-  std::vector<std::uint32_t> parts;     // part ids
-  std::optional<Box> box;               // of positions at impact
-  std::vector<std::uint32_t> node_ids;  // the solver's numbering
-  std::filesystem::path node_file;      // the same, as text: ids separated by blanks, commas or lines
-  std::filesystem::path sensor;         // sensor description: nodes visible to it at impact
+  std::vector<std::uint32_t> parts;            // part ids
+  std::optional<Box> box;                      // of positions at impact
+  std::vector<std::uint32_t> node_ids;         // the solver's numbering
+  std::filesystem::path node_file;             // the same, as text: ids separated by blanks, commas or lines
+  std::vector<std::filesystem::path> sensors;  // sensor descriptions: nodes visible to one of them at impact
+
+  [[nodiscard]] bool has_criteria() const {
+    return !parts.empty() || box || !node_ids.empty() || !node_file.empty() || !sensors.empty();
+  }
 };
 
 /// How runs that do not have the reference run's numbers are mapped onto its mesh, see precompute/mapping.

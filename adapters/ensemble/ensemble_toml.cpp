@@ -98,7 +98,7 @@ void read_region(TomlTable& table, bake::RegionDescription& into) {
     region->read_path("nodes", into.node_file);
   else
     region->read("nodes", into.node_ids);
-  region->read_path("sensor", into.sensor);
+  if (region->has("sensor")) region->read_path("sensor", into.sensors.emplace_back());
   region->refuse_unknown_keys();
 }
 
@@ -241,7 +241,8 @@ bake::EnsembleDescription read_description(TomlTable table) {
   if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
   for (TomlTable& channel : table.tables("channel")) description.channels.push_back(read_channel(channel));
   read_views(table, description);
-  if (description.depth_sensor.empty()) description.depth_sensor = description.region.sensor;
+  if (description.depth_sensor.empty() && !description.region.sensors.empty())
+    description.depth_sensor = description.region.sensors.front();
   table.read_path("output", description.output);
   table.refuse_unknown_keys();
   return description;

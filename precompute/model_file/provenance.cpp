@@ -62,13 +62,19 @@ std::string numbers(const Numbers& values) {
   return json_array(texts);
 }
 
+std::string file_names_json(std::span<const std::filesystem::path> files) {
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : files) names.push_back(json_string(file.filename().string()));
+  return json_array(names);
+}
+
 std::string region_json(const RegionDescription& region) {
   JsonObject json;
   if (!region.parts.empty()) json.add("parts", numbers(region.parts));
   if (region.box)
     json.add("box", JsonObject().add("min", numbers(region.box->min)).add("max", numbers(region.box->max)).text());
   if (!region.node_ids.empty()) json.add("listed_nodes", std::to_string(region.node_ids.size()));
-  if (!region.sensor.empty()) json.add("visible_to", json_string(region.sensor.filename().string()));
+  if (!region.sensors.empty()) json.add("visible_to", file_names_json(region.sensors));
   return json.text();
 }
 

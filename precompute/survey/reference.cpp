@@ -148,6 +148,11 @@ ObservedRegion observed_region(const CommonMesh& mesh, std::span<const float> po
   if (!criteria.visible.empty() && criteria.visible.size() != mesh.node_ids.size())
     throw Error(Status::bad_config, "the visibility mask has " + std::to_string(criteria.visible.size()) +
                                         " entries for " + std::to_string(mesh.node_ids.size()) + " nodes");
+  if (!criteria.visible.empty() && std::ranges::count(criteria.visible, 0) == std::ssize(criteria.visible))
+    throw Error(
+        Status::bad_config,
+        "no sensor sees the component at impact; check T_reference_sensor, focal length and image size, or give a "
+        "region");
 
   ObservedRegion region;
   region.elements = chosen_elements(mesh, criteria, chosen_nodes(mesh, positions, criteria));

@@ -7,7 +7,7 @@ namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
 constexpr std::uint32_t work_version = 10;
-constexpr WorkName plan_name{WorkKind::plan, 8};  // the number: to be raised with every change of the content of a plan
+constexpr WorkName plan_name{WorkKind::plan, 9};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
@@ -35,7 +35,7 @@ static void members(auto& a, Survey& s) {
 }
 static void members(auto& a, StepSelection& s) { a(s.first, s.last, s.stride, s.list); }
 static void members(auto& a, Box& b) { a(b.min, b.max); }
-static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensor); }
+static void members(auto& a, RegionDescription& r) { a(r.parts, r.box, r.node_ids, r.node_file, r.sensors); }
 static void members(auto& a, ChannelPoint& p) { a(p.is_node, p.node, p.position); }
 static void members(auto& a, ChannelDescription& c) {
   a(c.name, c.kind, c.component, c.cfc, c.points, c.reach, c.field, c.parts, c.elements, c.history, c.unit);

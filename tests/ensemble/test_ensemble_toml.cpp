@@ -148,7 +148,7 @@ TEST_CASE("what is not said keeps its default") {
   CHECK_FALSE(read.region.box.has_value());
   CHECK(read.region.node_ids.empty());
   CHECK(read.region.node_file.empty());
-  CHECK(read.region.sensor.empty());
+  CHECK(read.region.sensors.empty());
   CHECK(read.fields == standard.fields);
   CHECK(read.parameters.empty());
   CHECK(read.length_unit == standard.length_unit);
@@ -198,7 +198,7 @@ sensor = "sensor.json"
   CHECK(read.region.box->max == std::array<double, 3>{400, 30.5, 1000});
   CHECK(read.region.node_ids == Counts{11, 4'294'967'295});
   CHECK(read.region.node_file.empty());
-  CHECK(read.region.sensor == ensemble.folder / "sensor.json");
+  CHECK(read.region.sensors == std::vector{ensemble.folder / "sensor.json"});
   CHECK(read.fields == std::vector<std::string>{"plastic_strain", "stress"});
   CHECK(read.parameters == ensemble.folder.path().parent_path() / "tables/p.csv");
   CHECK(read.length_unit == "m");

@@ -306,11 +306,41 @@ TEST_CASE("the region: nodes that the sensor sees, parts and a box") {
   const int seen = vertices("--sensor " + demo + "/sensor.json");
   CHECK(seen > 500);
   CHECK(seen < 2436);
+  CHECK(vertices("--views " + demo + "/sensor.json") == seen);  // by default: what the rigs of the depth images see
   const int part = vertices("--region-parts 1,2");
   CHECK(part < 2436);
   const int boxed = vertices("--region-parts 1,2 --region-box -1 -100 -100 200 100 100");
   CHECK(boxed < part);
+  CHECK(vertices("--views " + demo + "/sensor.json --region-parts 1,2") == part);
   CHECK(vertices("--region-box -1 -100 -100 500 100 100") == 2436);
+}
+
+TEST_CASE("without a region, a node counts that one of the views' rigs sees; rigs that see none are refused") {
+  const TemporaryFolder folder;
+  nlohmann::json rig = nlohmann::json::parse(std::ifstream(demo + "/sensor.json"));
+  for (nlohmann::json* rows : {&rig["T_reference_sensor"], &rig["sensor"]["T_reference_right"]})
+    for (std::size_t row = 0; row < 2; ++row)  // half a turn about the vertical through (200, 0, 0)
+      for (std::size_t k = 0; k < 4; ++k) {
+        double& value = (*rows)[row][k].get_ref<double&>();
+        value = (row == 0 && k == 3 ? 400 : 0) - value;
+      }
+  put(folder / "opposite.json", rig.dump());
+  const std::string run = "--run " + demo + "/runs/run_023 --json -o m.lbea" + three_steps;
+  const auto vertices = [&](const std::string& views) {
+    const Outcome outcome = lbea_bake(folder, run + views);
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    return nlohmann::json::parse(outcome.out)["vertices"].get<int>();
+  };
+  const int left = vertices(" --views " + demo + "/sensor.json"), right = vertices(" --views opposite.json");
+  const int both = vertices(" --views " + demo + "/sensor.json --views opposite.json");
+  CHECK(both > std::max(left, right));
+  CHECK(both < left + right);
+  for (nlohmann::json* rows : {&rig["T_reference_sensor"], &rig["sensor"]["T_reference_right"]})
+    (*rows)[0][3] = (*rows)[0][3].get<double>() + 1e5;
+  put(folder / "far.json", rig.dump());
+  const Outcome refused = lbea_bake(folder, run + " --views far.json");
+  CHECK(refused.exit_code == 1);
+  CHECK_MESSAGE(contains(refused.err, "no sensor sees the component at impact"), refused.err);
 }
 
 TEST_CASE("--correspondence false leaves out the correspondence") {

@@ -23,7 +23,8 @@ std::string with_default(const std::string& text, const T& value) {
 }
 
 void declare_region(Tool& tool, BakeCommand& command) {
-  const char* region = "Region (nodes that meet all criteria; default: the whole mesh)";
+  const char* region =
+      "Region (nodes that meet all criteria; default: what the rigs of the views see at impact, else the whole mesh)";
   tool.add_option("--region-parts", command.region_parts, "part ids")->delimiter(',')->group(region)->default_text("");
   tool.add_option("--region-box", command.region_box, "x y z of the lower and of the upper corner, at impact")
       ->expected(6)
@@ -82,7 +83,7 @@ void replace_region(bake::RegionDescription& region, const BakeCommand& command)
   replace(region.parts, command.region_parts);
   if (command.region_nodes) region.node_ids.clear();
   replace(region.node_file, command.region_nodes);
-  replace(region.sensor, command.sensor);
+  if (command.sensor) region.sensors = {*command.sensor};
   if (command.region_box.empty()) return;
   region.box.emplace();
   std::copy_n(command.region_box.begin(), 3, region.box->min.begin());

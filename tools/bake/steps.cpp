@@ -7,16 +7,15 @@
 namespace lbea::tool {
 namespace {
 
-/// The command's description with its node file read.
-bake::EnsembleDescription with_region_nodes(const BakeCommand& command) {
+bake::EnsembleDescription completed(const BakeCommand& command) {
   bake::EnsembleDescription description = described(command);
-  read_region_nodes(description.region);
+  complete_region(description.region, rigs_of(description));
   return description;
 }
 
 /// The same with absolute paths: the processes of later steps may have other working folders.
 bake::EnsembleDescription placed(const BakeCommand& command) {
-  bake::EnsembleDescription description = with_region_nodes(command);
+  bake::EnsembleDescription description = completed(command);
   if (!description.depth_sensor.empty()) description.depth_sensor = std::filesystem::absolute(description.depth_sensor);
   for (std::filesystem::path& sensor : description.more_depth_sensors) sensor = std::filesystem::absolute(sensor);
   description.output = std::filesystem::absolute(description.output);
@@ -45,7 +44,7 @@ bake::BakeOptions step_options(unsigned threads, const bake::EnsembleDescription
 }
 
 bake::BakeSummary bake_step(const BakeCommand& command, std::filesystem::path& output) {
-  const bake::EnsembleDescription description = with_region_nodes(command);
+  const bake::EnsembleDescription description = completed(command);
   bake::BakeOptions options = step_options(command.threads, description);
   options.visible_nodes = visibility(description.region);
   options.leaves_out_broken = command.leave_out_broken;

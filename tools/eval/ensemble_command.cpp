@@ -60,9 +60,14 @@ bool disturbs(const Disturbance& own) {
 EvaluationPlan planned(const EnsembleArguments& arguments, const std::filesystem::path& scratch) {
   EvaluationPlan plan = arguments.plan;
   plan.description = io::read_ensemble_toml(arguments.toml);
-  read_region_nodes(plan.description.region);
+  std::vector<std::filesystem::path> rigs = rigs_of(plan.description);
+  if (rigs.empty()) {
+    rigs = arguments.more_rigs;
+    rigs.insert(rigs.begin(), arguments.sensor);
+  }
+  complete_region(plan.description.region, rigs);
   plan.description.depth_sensor = arguments.sensor;
-  plan.description.more_depth_sensors.clear();
+  plan.description.more_depth_sensors.clear();  // the trial renders them
   plan.ensemble = open_ensemble(plan.description);
   choose_experiments(arguments, plan);
   if (arguments.mode == "over-time") plan.modes = {ReferenceMode::over_time};

@@ -7,7 +7,9 @@
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/shared/text/printable.hpp"
 
+#include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <map>
 
 namespace lbea::tool {
@@ -46,6 +48,13 @@ void add_parameters(bake::Ensemble& ensemble, const std::filesystem::path& file)
   }
 }
 
+void add_listed_nodes(bake::RegionDescription& region) {
+  if (region.node_file.empty()) return;
+  const auto ids = io::read_node_ids(region.node_file);
+  if (ids.empty()) throw Error(Status::bad_config, region.node_file.string() + " contains no node id");
+  region.node_ids.insert(region.node_ids.end(), ids.begin(), ids.end());
+}
+
 }  // namespace
 
 std::string run_name(const std::filesystem::path& run) {
@@ -78,7 +87,7 @@ bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
   const auto check = [&](const std::filesystem::path& sensor) {
     if (!sensor.empty()) static_cast<void>(io::read_sensor_json(sensor, description.length_unit));
   };
-  check(description.region.sensor);
+  std::ranges::for_each(description.region.sensors, check);
   check(description.depth_sensor);
   std::ranges::for_each(description.more_depth_sensors, check);
   bake::Ensemble ensemble;
@@ -96,19 +105,29 @@ bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
   return ensemble;
 }
 
-void read_region_nodes(bake::RegionDescription& region) {
-  if (region.node_file.empty()) return;
-  const auto ids = io::read_node_ids(region.node_file);
-  if (ids.empty()) throw Error(Status::bad_config, region.node_file.string() + " contains no node id");
-  region.node_ids.insert(region.node_ids.end(), ids.begin(), ids.end());
+std::vector<std::filesystem::path> rigs_of(const bake::EnsembleDescription& description) {
+  std::vector<std::filesystem::path> rigs = description.more_depth_sensors;
+  if (!description.depth_sensor.empty()) rigs.insert(rigs.begin(), description.depth_sensor);
+  return rigs;
+}
+
+void complete_region(bake::RegionDescription& region, std::span<const std::filesystem::path> rigs) {
+  add_listed_nodes(region);
+  if (!region.has_criteria()) region.sensors.assign(rigs.begin(), rigs.end());
 }
 
 decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region) {
-  if (region.sensor.empty()) return {};
-  const io::SensorDescription description = io::read_sensor_json(region.sensor);
-  return [description](const bake::CommonMesh& mesh, std::span<const float> positions) {
-    const bake::VirtualSensor sensor(description.sensor, mesh.node_ids.size(), mesh.elements);
-    return sensor.visible_nodes({positions}, description.noise.min_cos_incidence);
+  if (region.sensors.empty()) return {};
+  std::vector<io::SensorDescription> rigs;
+  for (const std::filesystem::path& sensor : region.sensors) rigs.push_back(io::read_sensor_json(sensor));
+  return [rigs](const bake::CommonMesh& mesh, std::span<const float> positions) {
+    std::vector<std::uint8_t> visible(mesh.node_ids.size());
+    for (const io::SensorDescription& rig : rigs) {
+      const bake::VirtualSensor sensor(rig.sensor, mesh.node_ids.size(), mesh.elements);
+      const auto of_rig = sensor.visible_nodes({positions}, rig.noise.min_cos_incidence);
+      std::ranges::transform(visible, of_rig, visible.begin(), std::bit_or{});
+    }
+    return visible;
   };
 }
 

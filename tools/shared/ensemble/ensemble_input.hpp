@@ -24,10 +24,13 @@ namespace lbea::tool {
                                                                      bool is_single_file);
 inline constexpr auto single_file_help = "the run is this file alone, not all files of its numbered series";
 
-/// Adds the ids in the node file of the region to those in `region`.
-void read_region_nodes(bake::RegionDescription& region);
+/// The sensor descriptions of the rigs whose depth images the description asks for.
+[[nodiscard]] std::vector<std::filesystem::path> rigs_of(const bake::EnsembleDescription& description);
 
-/// BakeOptions::visible_nodes for the region's sensor; empty when there is none.
+/// Reads the region's node file. A region without criteria becomes what these rigs see at impact.
+void complete_region(bake::RegionDescription& region, std::span<const std::filesystem::path> rigs);
+
+/// BakeOptions::visible_nodes: what one of the region's sensors sees; empty when there are none.
 [[nodiscard]] decltype(bake::BakeOptions::visible_nodes) visibility(const bake::RegionDescription& region);
 
 /// For the rig described by the file `sensor`; empty for an empty path.
