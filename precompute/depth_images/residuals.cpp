@@ -46,10 +46,12 @@ float ExpectedResiduals::at(std::uint32_t time_step) const {
 }
 
 MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected, float mesh_noise) {
-  constexpr double frame_deviations = 3, test_deviations = 3.5;
+  constexpr double frame_deviations = 3, test_deviations = 3.2;
   constexpr double least = 1.2;
   constexpr std::size_t first_frames = 3;  // a mean over fewer is not reliable
   const double noise = double{mesh_noise} * double{mesh_noise};
+  float greatest = 0;
+  for (const LeftOut& answer : answers) greatest = std::max(greatest, expected.at(answer.sample.time_step));
   std::vector<double> misfits, means;
   double sum = 0, weights = 0;
   std::size_t count = 0;
@@ -57,7 +59,7 @@ MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResid
     if (i == 0 || answers[i].sample.simulation != answers[i - 1].sample.simulation) sum = weights = 0, count = 0;
     const double usual = double{expected.at(answers[i].sample.time_step)};
     misfits.push_back(0.5 * std::log((double{answers[i].mean_square} + noise) / (usual * usual + noise)));
-    const double weight = 1 / (usual * usual + noise);  // as Tracker weighs its frames
+    const double weight = misfit_weight(expected.at(answers[i].sample.time_step), greatest, mesh_noise);
     sum += weight * misfits.back();
     weights += weight;
     if (++count > first_frames) means.push_back(sum / weights);

@@ -8,6 +8,7 @@
 
 #include <lbea/lbea.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -102,6 +103,14 @@ struct ShapeRegression {
 struct SpreadBound {
   double share = 0, per_spread = 0;  // per_spread 0: not known
 };
+
+/// The weight of a frame's misfit in that of its test: one over the squares of the mesh noise and of the frame's
+/// expected residual, at least a quarter of the greatest one of the ensemble; length unit. Otherwise a first frame,
+/// whose expected residual is small, would almost decide alone.
+[[nodiscard]] inline double misfit_weight(float expected, float greatest, float mesh_noise) noexcept {
+  constexpr float least = 0.25f;
+  return 1 / (square<double>(std::max(expected, least * greatest)) + square<double>(mesh_noise));
+}
 
 /// What SensorViews shares: the images of all samples and the residuals to expect.
 struct DepthImages {

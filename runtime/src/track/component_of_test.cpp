@@ -3,6 +3,8 @@
 #include "runtime/src/numbers/elementary.hpp"
 #include "runtime/src/track/same_runs.hpp"
 
+#include <algorithm>
+
 namespace lbea {
 
 void Misfits::add(double weight, double misfit) noexcept {
@@ -32,7 +34,10 @@ ComponentOfTest::ComponentOfTest(TrackedComponent component, const Model& first,
       at_rest(model.samples()),
       usable(model.samples()),
       simulations(model.simulations()),
-      branches(model.branches()) {}
+      branches(model.branches()) {
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    greatest_expected = std::max(greatest_expected, views.expected_residual(s));
+}
 
 void ComponentOfTest::reset() noexcept {
   frames_at_rest = 0;

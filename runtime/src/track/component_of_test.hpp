@@ -43,6 +43,7 @@ struct ComponentOfTest {
   TrackerConfig config;
   float mesh_noise;
   float misfit_limit;                               // 0: no depth images, so no verdict
+  float greatest_expected = 0;                      // expected residual of all samples, length unit
   std::vector<std::uint32_t> to_first, from_first;  // numbers of simulations
   std::vector<double> at_rest;                      // per sample: sum of logarithms over the frames before the impact
   double frames_at_rest = 0;

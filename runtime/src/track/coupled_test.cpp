@@ -235,15 +235,15 @@ void CoupledTest::choose_of_all() noexcept {
 }
 
 // Misfits scatter from frame to frame. Over a test their mean distinguishes a run of an unknown branch from one of a
-// known branch. The weight of a frame is one over the square of its expected residual. Frames of an initial
-// state count as one: hundreds are captured before the impact, and would outvote all others.
+// known branch. Frames of an initial state count as one: hundreds are captured before the impact, and would outvote all
+// others.
 void CoupledTest::judge(ComponentOfTest& c, const SurfaceFit& fit) noexcept {
   if (!(fit.misfit > 0) || !std::isfinite(fit.misfit) || !(c.misfit_limit > 0) || fit.candidates.empty() ||
       !is_usable(fit.candidates.front(), c.model))
     return;
   const Sample own = fit.candidates.front().sample;
   const double weight =
-      1 / (square<double>(c.views.expected_residual(c.model.sample_index(own))) + square<double>(c.mesh_noise));
+      misfit_weight(c.views.expected_residual(c.model.sample_index(own)), c.greatest_expected, c.mesh_noise);
   const bool at_rest = is_initial({c.to_first[own.simulation], own.time_step});
   (at_rest ? c.initial : c.deformed).add(weight, double{fit.misfit});
   if (c.is_used && !at_rest && components_.size() > 1) c.contradiction.add(excess_of_named(c, fit));

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -33,6 +34,23 @@ TEST_CASE("the limit is exceeded by one in a thousand log-normal misfits") {
   const MisfitLimits limits = misfit_limits(answers, ExpectedResiduals(answers));
   CHECK(std::log(static_cast<double>(limits.frame)) == doctest::Approx(3 * sigma).epsilon(0.1));
   CHECK(limits.test < limits.frame);  // means scatter less
+}
+
+// With the first frame's full weight, 90 times that of a later one, the limit of the tests would be exp(1.2).
+TEST_CASE("the limit of tests lets no single frame decide") {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::vector<LeftOut> answers;
+  constexpr double sigma = 0.4, first = 3, later = 30;  // expected residuals, mm; the mesh noise is 1 mm
+  for (std::uint32_t simulation = 0; simulation < 200; ++simulation)
+    for (std::uint32_t step = 0; step < 10; ++step) {
+      const double squared = step > 0 ? later * later : (first * first + 1) * std::exp(2 * sigma * normal(random)) - 1;
+      answers.push_back({{simulation, step}, static_cast<float>(std::max(squared, 0.0))});
+    }
+  // The first frame weighs as much as (30^2 + 1) / (7.5^2 + 1) = 15.7 later ones: 72 to 84 % of means over 4 to 7
+  // frames.
+  const double limit = std::log(static_cast<double>(misfit_limits(answers, ExpectedResiduals(answers)).test));
+  CHECK(limit == doctest::Approx(3.2 * sigma * 0.73).epsilon(0.12));
 }
 
 TEST_CASE("with too few samples the limits are the defaults") {

@@ -199,6 +199,30 @@ TEST_CASE("a misfit that is not finite does not enter the verdict") {
   CHECK(tracker.state().verdict == Verdict::no_simulation_fits);
 }
 
+// A first frame with a misfit of 2.9, whose expected residual was a small part of the later ones', made a test with
+// nine frames that fit one that no simulation fits.
+TEST_CASE("a frame with a small expected residual does not decide on a test alone") {
+  const AlignedBytes bytes = seen_plates_model(2, 10);
+  const Model model = Model::view(bytes.span());
+  DepthImages images = *SensorViews::baked_into(model).data();
+  std::vector<float> expected(model.samples());
+  for (std::uint32_t s = 0; s < model.samples(); ++s) expected[s] = model.sample(s).time_step == 1 ? 0.0f : 8.0f;
+  images.expected = expected;
+  Tracker tracker(model, {}, SensorViews(std::make_shared<const DepthImages>(images)));
+  double logarithms = 0, weights = 0;
+  for (std::uint32_t step = 1; step < 10; ++step) {
+    Evidence evidence(model,
+                      [&](Sample s) { return 1 + apart(static_cast<float>(s.time_step), static_cast<float>(step)); });
+    evidence.result.fit.misfit = step == 1 ? 2.9f : 0.8f;
+    const double weight = 1 / (std::pow(step == 1 ? 2.0 : 8.0, 2) + std::pow(double{images.metric.mesh_noise}, 2));
+    logarithms += weight * std::log(double{evidence.result.fit.misfit});
+    weights += weight;
+    tracker.update(evidence.result);
+  }
+  CHECK(tracker.state().misfit == doctest::Approx(std::exp(logarithms / weights)).epsilon(1e-4));
+  CHECK(tracker.state().misfit < 1.9f);  // was 2.5
+}
+
 // Ten frames before the impact turned `no simulation fits` into `matched`.
 TEST_CASE("any number of frames before the impact counts as one in the misfit of a test") {
   const AlignedBytes bytes = seen_plates_model(2, 8);
