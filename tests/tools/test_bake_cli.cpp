@@ -2,6 +2,7 @@
 #include "tests/support/files.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/tools/bake_program.hpp"
+#include "tests/tools/opposite_rig.hpp"
 
 #include <lbea/lbea.hpp>
 
@@ -317,13 +318,7 @@ TEST_CASE("the region: nodes that the sensor sees, parts and a box") {
 
 TEST_CASE("without a region, a node counts that one of the views' rigs sees; rigs that see none are refused") {
   const TemporaryFolder folder;
-  nlohmann::json rig = nlohmann::json::parse(std::ifstream(demo + "/sensor.json"));
-  for (nlohmann::json* rows : {&rig["T_reference_sensor"], &rig["sensor"]["T_reference_right"]})
-    for (std::size_t row = 0; row < 2; ++row)  // half a turn about the vertical through (200, 0, 0)
-      for (std::size_t k = 0; k < 4; ++k) {
-        double& value = (*rows)[row][k].get_ref<double&>();
-        value = (row == 0 && k == 3 ? 400 : 0) - value;
-      }
+  nlohmann::json rig = opposite_rig(demo + "/sensor.json");
   put(folder / "opposite.json", rig.dump());
   const std::string run = "--run " + demo + "/runs/run_023 --json -o m.lbea" + three_steps;
   const auto vertices = [&](const std::string& views) {

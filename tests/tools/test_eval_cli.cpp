@@ -1,5 +1,6 @@
 // lbea-eval ensemble and lbea-register on the runs of the demo: output and exit codes.
 #include "tests/support/program.hpp"
+#include "tests/tools/opposite_rig.hpp"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -313,14 +314,7 @@ TEST_CASE("the first frame of a test is not taken for one near the end because s
 // The second rig, which no simulation explained well enough, did not count beside a tenth of the first one.
 TEST_CASE("a second rig sees what is hidden from the first one") {
   const TemporaryFolder folder;
-  json opposite = read_json(demo + "/sensor.json");  // turned by half a turn about the vertical through (200, 0, 0)
-  for (json* rows : {&opposite["T_reference_sensor"], &opposite["sensor"]["T_reference_right"]})
-    for (std::size_t row = 0; row < 2; ++row)
-      for (std::size_t k = 0; k < 4; ++k) {
-        double& value = (*rows)[row][k].get_ref<double&>();
-        value = (row == 0 && k == 3 ? 400 : 0) - value;
-      }
-  put(folder / "opposite.json", opposite.dump());
+  put(folder / "opposite.json", opposite_rig(demo + "/sensor.json").dump());
   const auto errors = [&](const std::string& options) {  // of the oracle, the estimate
     const Outcome outcome =
         run_program(evaluation("--experiments run_097 --first-step 10 --every 5 --no-icp --no-contained --no-strangers "

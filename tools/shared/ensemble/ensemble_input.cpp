@@ -88,8 +88,7 @@ bake::Ensemble open_ensemble(const bake::EnsembleDescription& description) {
     if (!sensor.empty()) static_cast<void>(io::read_sensor_json(sensor, description.length_unit));
   };
   std::ranges::for_each(description.region.sensors, check);
-  check(description.depth_sensor);
-  std::ranges::for_each(description.more_depth_sensors, check);
+  std::ranges::for_each(rigs_of(description), check);
   bake::Ensemble ensemble;
   const std::vector<std::string> sources = sources_of(description.runs);
   for (std::size_t i = 0; const std::filesystem::path& run : description.runs) {
