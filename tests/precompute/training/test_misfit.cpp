@@ -47,8 +47,8 @@ TEST_CASE("the limit of tests lets no single frame decide") {
       const double squared = step > 0 ? later * later : (first * first + 1) * std::exp(2 * sigma * normal(random)) - 1;
       answers.push_back({{simulation, step}, static_cast<float>(std::max(squared, 0.0))});
     }
-  // The first frame weighs as much as (30^2 + 1) / (7.5^2 + 1) = 15.7 later ones: 72 to 84 % of means over 4 to 7
-  // frames.
+  // The first frame weighs as much as (30^2 + 1) / (7.5^2 + 1) = 15.7 later ones: 84 % of a mean over 4 frames, 64 % of
+  // one over 10.
   const double limit = std::log(static_cast<double>(misfit_limits(answers, ExpectedResiduals(answers)).test));
   CHECK(limit == doctest::Approx(3.2 * sigma * 0.73).epsilon(0.12));
 }
