@@ -57,9 +57,9 @@ MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResid
   std::size_t count = 0;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     if (i == 0 || answers[i].sample.simulation != answers[i - 1].sample.simulation) sum = weights = 0, count = 0;
-    const double usual = double{expected.at(answers[i].sample.time_step)};
-    misfits.push_back(0.5 * std::log((double{answers[i].mean_square} + noise) / (usual * usual + noise)));
-    const double weight = misfit_weight(expected.at(answers[i].sample.time_step), greatest, mesh_noise);
+    const float usual = expected.at(answers[i].sample.time_step);
+    misfits.push_back(0.5 * std::log((double{answers[i].mean_square} + noise) / (square<double>(usual) + noise)));
+    const double weight = misfit_weight(usual, greatest, mesh_noise);
     sum += weight * misfits.back();
     weights += weight;
     if (++count > first_frames) means.push_back(sum / weights);
