@@ -119,8 +119,6 @@ class DepthRanking {
   /// Best first. distance: mean square over the cells that either image fills, in squared depth steps, and the price of
   /// the sample's cost.
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
-  /// Per cell: not 0 if all of the best samples fill it.
-  [[nodiscard]] std::span<const std::uint16_t> in_all() const noexcept { return common_; }
   /// Price of a cost, in squared depth steps.
   [[nodiscard]] float price_per_cost() const noexcept { return price_per_cost_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return best_.capacity(); }

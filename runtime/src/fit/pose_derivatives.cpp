@@ -26,6 +26,7 @@ PoseDerivatives::PoseDerivatives(const DepthCamera& camera, const PoseCenter& ce
       center_(center),
       one_sided_(one_sided),
       of_depths_(6 * padded_cells(camera)),
+      common_(padded_cells(camera)),
       stride_(camera.columns + 2 * margin),
       cells_(stride_ * (camera.rows + 2 * margin)),
       in_row_(cells_.size()),
@@ -36,16 +37,25 @@ PoseDerivatives::PoseDerivatives(const DepthCamera& camera, const PoseCenter& ce
 void PoseDerivatives::build(const PoseProblem& problem) noexcept {
   std::ranges::fill(of_depths_, 0.0f);
   edges_.clear();
+  find_common(problem);
   sum_windows(problem);
   const bool has_silhouette = problem.has_silhouette && is_dense(problem.observed);
   constexpr float all = 25;
   for (std::uint32_t row = 0; row < camera_.rows; ++row)
     for (std::uint32_t column = 0; column < camera_.columns; ++column) {
       const Window& window = windows_[padded(row, column)];
-      if (window.filled >= nearly_all) add_depth(problem.observed, row, column);
+      const bool has_depth = window.filled >= nearly_all && add_depth(problem.observed, row, column);
       if (has_silhouette && window.filled > 0 && window.filled < all && window.hidden == 0)
-        add_edge(problem.points, row, column);
+        add_edge(problem.points, row, column, has_depth);
     }
+}
+
+void PoseDerivatives::find_common(const PoseProblem& problem) noexcept {
+  std::ranges::fill(common_, std::numeric_limits<std::uint16_t>::max());
+  for (const RankedSample& candidate : problem.candidates) {
+    const auto image = problem.images.of_sample(candidate.sample);
+    for (std::size_t i = 0; i < common_.size(); ++i) common_[i] = std::min(common_[i], image[i]);
+  }
 }
 
 /// In a sparse cloud, most empty cells are gaps between points and not beside the component.
@@ -91,7 +101,7 @@ void PoseDerivatives::sum_windows(const PoseProblem& problem) noexcept {
   points_when_full_ = whole.inside > 0 ? whole.points / whole.inside : 0;
   set([&](std::size_t cell, std::size_t at) {
     Window window = cells_[at];
-    window.hidden = windows_[at].filled == 0 && problem.in_all[cell] != 0 ? 1.0f : 0.0f;
+    window.hidden = windows_[at].filled == 0 && common_[cell] != empty_cell ? 1.0f : 0.0f;
     return window;
   });
 }
@@ -123,26 +133,29 @@ std::array<float, 2> PoseDerivatives::ray(std::uint32_t row, std::uint32_t colum
 }
 
 /// The surface moves along the line of sight by n . motion / (n . ray), n its normal.
-void PoseDerivatives::add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept {
-  if (row == 0 || column == 0 || row + 1 == camera_.rows || column + 1 == camera_.columns) return;
+bool PoseDerivatives::add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept {
+  if (row == 0 || column == 0 || row + 1 == camera_.rows || column + 1 == camera_.columns) return false;
   const std::size_t cell = std::size_t{row} * camera_.columns + column;
+  if (common_[cell] == empty_cell) return false;
   const float left = observed[cell - 1], right = observed[cell + 1], up = observed[cell - camera_.columns],
               down = observed[cell + camera_.columns];
-  if (std::min({observed[cell], left, right, up, down}) < 0) return;
+  if (std::min({observed[cell], left, right, up, down}) < 0) return false;
   const float z = camera_.depth_origin + camera_.depth_step * observed[cell];
   const float slope = camera_.depth_step * camera_.focal / (2 * z);  // per difference over two cells
   const float u = slope * (right - left), v = slope * (down - up);
   constexpr float steepest = 3;  // what is steeper against the image plane is an edge
-  if (!(std::abs(u) < steepest && std::abs(v) < steepest)) return;
+  if (!(std::abs(u) < steepest && std::abs(v) < steepest)) return false;
   const auto at = ray(row, column);
   const auto values = derivative(at, z, {-u, -v, 1 + at[0] * u + at[1] * v});
   for (std::size_t i = 0; i < 6; ++i) of_depths_[i * (of_depths_.size() / 6) + cell] = values[i];
+  return true;
 }
 
 /// The share of filled cells in the window moves with the image (optical flow). All windows that the edge crosses
 /// count: the change of the one cell that it moves through is spread over them. The component fills less than the cells
 /// at its edge: only those inside tell how many points a full cell has.
-void PoseDerivatives::add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column) noexcept {
+void PoseDerivatives::add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column,
+                               bool has_depth) noexcept {
   const std::size_t cell = std::size_t{row} * camera_.columns + column, at = padded(row, column);
   const Window& window = windows_[at];
   constexpr float cells = (2 * reach + 1) * (2 * reach + 1);
@@ -153,7 +166,7 @@ void PoseDerivatives::add_edge(std::span<const float> points, std::uint32_t row,
   const auto through = ray(row, column);
   const float full = window.points > 0 ? window.points / window.inside : points_when_full_;
   const float share = full > 0 ? std::min(points[cell] / full, 1.0f) : 0;
-  edges_.push_back({static_cast<std::uint32_t>(cell), window.filled >= nearly_all, share,
+  edges_.push_back({static_cast<std::uint32_t>(cell), has_depth, share,
                     derivative(through, z, {u, v, -through[0] * u - through[1] * v})});
 }
 

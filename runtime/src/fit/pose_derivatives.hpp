@@ -9,9 +9,8 @@ namespace lbea {
 
 /// A frame and its candidates, best first.
 struct PoseProblem {
-  std::span<const float> observed;        // padded_cells() depths in steps
-  std::span<const float> points;          // cells() numbers of points
-  std::span<const std::uint16_t> in_all;  // per cell: not 0 if all candidates fill it
+  std::span<const float> observed;  // padded_cells() depths in steps
+  std::span<const float> points;    // cells() numbers of points
   const DepthImages& images;
   std::span<const RankedSample> candidates;  // k
   std::span<const float> residuals;          // k x padded_cells(): sample minus frame, depth steps
@@ -27,7 +26,8 @@ class PoseDerivatives {
   /// Allocates all memory. one_sided: cost of a cell that only one image fills, in depth steps.
   PoseDerivatives(const DepthCamera& camera, const PoseCenter& center, float one_sided);
   void build(const PoseProblem& problem) noexcept;
-  /// 6 x padded_cells(): depth steps per length; 0 where the surface is too steep or not known.
+  /// 6 x padded_cells(): depth steps per length. 0 where the surface is too steep or not known, and in cells that a
+  /// candidate does not fill: their costs are no differences of depth.
   [[nodiscard]] std::span<const float> of_depths() const noexcept { return of_depths_; }
 
   /// A cell near the silhouette. Its cost is in proportion to the share of it that only one image fills.
@@ -48,8 +48,10 @@ class PoseDerivatives {
   [[nodiscard]] bool is_inside(std::span<const float> observed, std::size_t cell) const noexcept;
   void sum_windows(const PoseProblem& problem) noexcept;
   void sum_cells() noexcept;
-  void add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept;
-  void add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column) noexcept;
+  void find_common(const PoseProblem& problem) noexcept;
+  /// Returns whether there is a derivative.
+  bool add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept;
+  void add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column, bool has_depth) noexcept;
   [[nodiscard]] std::array<float, 2> ray(std::uint32_t row, std::uint32_t column) const noexcept;
   [[nodiscard]] std::array<float, 6> derivative(std::array<float, 2> ray, float depth,
                                                 const std::array<float, 3>& by_shift) const noexcept;
@@ -63,6 +65,7 @@ class PoseDerivatives {
   PoseCenter center_;
   float one_sided_;
   std::vector<float> of_depths_;
+  std::vector<std::uint16_t> common_;  // per cell: not 0 if all candidates fill it
   std::size_t stride_;
   std::vector<Window> cells_, in_row_, windows_;  // per padded cell: its own, summed along the row, over the window
   std::vector<EdgeCell> edges_;

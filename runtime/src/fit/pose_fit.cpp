@@ -16,8 +16,8 @@ PoseFit::PoseFit(const DepthCamera& camera, const PoseCenter& center, const Dept
       one_sided_(prices_of(metric, camera).one_sided),
       noise_(double{metric.mesh_noise} / 3),
       derivatives_(camera, center, one_sided_),
-      edge_residuals_(most * padded_cells(camera)),
-      replaced_(edge_residuals_.size()),
+      shares_(most * padded_cells(camera)),
+      replaced_(shares_.size()),
       gram_(most * most),
       products_(6 * most),
       reduced_(6 * most),
@@ -75,22 +75,21 @@ void PoseFit::add_up(const PoseProblem& problem) noexcept {
 void PoseFit::add_edges(const PoseProblem& problem, std::size_t candidate) noexcept {
   const auto edges = derivatives_.edges();
   const float scale = edge_weight * squared_step_ / problem.cells;
-  const auto residuals = edge_residuals(candidate);
-  std::array<float, 6> sums{};
+  const auto shares = std::span(shares_).subspan(candidate * edge_stride_, edge_stride_);
   const auto replaced = std::span(replaced_).subspan(candidate * edge_stride_, edge_stride_);
   const auto image = problem.images.of_sample(problem.candidates[candidate].sample);
+  std::array<float, 6> sums{};
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    const bool compares_depths =
-        edges[e].has_depth && image[edges[e].cell] != empty_cell && problem.observed[edges[e].cell] >= 0;
-    replaced[e] = compares_depths ? 0 : problem.residuals[candidate * problem.observed.size() + edges[e].cell];
-    residuals[e] = one_sided_ * (share_of(image[edges[e].cell]) - edges[e].share);
-    for (std::size_t m = 0; m < 6; ++m) sums[m] += edges[e].derivative[m] * residuals[e];
+    const std::size_t cell = edges[e].cell;
+    replaced[e] = edges[e].has_depth ? 0 : problem.residuals[candidate * problem.observed.size() + cell];
+    shares[e] = one_sided_ * (share_of(image[cell]) - edges[e].share);
+    for (std::size_t m = 0; m < 6; ++m) sums[m] += edges[e].derivative[m] * shares[e];
   }
-  std::fill(residuals.begin() + std::ssize(edges), residuals.end(), 0.0f);
+  std::fill(shares.begin() + std::ssize(edges), shares.end(), 0.0f);
   std::fill(replaced.begin() + std::ssize(edges), replaced.end(), 0.0f);
   for (std::size_t m = 0; m < 6; ++m) products(candidate)[m] += scale * sums[m];
-  code_.project(edge_residuals_.data(), candidate + 1, edge_stride_, residuals.data(), weights_.data());
   const auto row = std::span(gram_).subspan(candidate * k_, candidate + 1);
+  code_.project(shares_.data(), candidate + 1, edge_stride_, shares.data(), weights_.data());
   for (std::size_t j = 0; j <= candidate; ++j) row[j] += scale * weights_[j];
   code_.project(replaced_.data(), candidate + 1, edge_stride_, replaced.data(), weights_.data());
   for (std::size_t j = 0; j <= candidate; ++j) {

@@ -29,16 +29,13 @@ class PoseFit {
   void find_information() noexcept;
   [[nodiscard]] std::span<float> products(std::size_t i) noexcept { return std::span(products_).subspan(6 * i, 6); }
   [[nodiscard]] std::span<float> reduced(std::size_t i) noexcept { return std::span(reduced_).subspan(6 * i, 6); }
-  [[nodiscard]] std::span<float> edge_residuals(std::size_t i) noexcept {
-    return std::span(edge_residuals_).subspan(i * edge_stride_, edge_stride_);
-  }
 
   const Kernels& code_;
   float squared_step_, one_sided_;
   double noise_;  // length unit
   PoseDerivatives derivatives_;
   std::size_t edge_stride_ = 0, k_ = 0;           // of a frame
-  std::vector<float> edge_residuals_, replaced_;  // k x edge cells
+  std::vector<float> shares_, replaced_;          // k x edge cells: differences of shares, and the costs they replace
   std::vector<float> gram_, products_, reduced_;  // R_i'R_j; J'R_i; the latter after eliminate(), k x 6
   PoseMatrix normal_{}, full_{};                  // J'J; with the prior
   SimplexProblem simplex_;

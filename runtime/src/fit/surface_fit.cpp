@@ -100,7 +100,6 @@ const PoseBelief& SurfaceFitter::pose_by(const EstimateProblem& problem, std::sp
   const FrameImage& image = search_.image();
   return pose_fit_.estimate({.observed = image.observed,
                              .points = image.points,
-                             .in_all = search_.ranking().in_all(),
                              .images = images(),
                              .candidates = problem.samples,
                              .residuals = residuals_.all(),
