@@ -1,92 +1,19 @@
 #include "precompute/depth_images/learned_fit.hpp"
 
 #include "precompute/depth_images/learned_bounds.hpp"
+#include "precompute/depth_images/left_out_tests.hpp"
 #include "precompute/depth_images/sample_cache.hpp"
-#include "precompute/parallel.hpp"
-#include "runtime/src/forecast/learned_forecast.hpp"
-#include "runtime/src/model/eroded_elements.hpp"
-#include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 namespace lbea::bake {
 namespace {
 
-constexpr std::size_t most_matched = 192, most_compared = 1024;        // frames
-constexpr std::size_t most_hidden = 576;                               // frames: a hidden part makes errors vary more
-constexpr double hidden_by_a_patch = 0.3;                              // share of the cells
-constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
-
-/// Frames of left-out runs, seen completely or with a part hidden, and their candidates by each metric.
-class LeftOutTests {
- public:
-  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most, double hidden,
-               unsigned threads)
-      : LeftOutTests(source, metrics, spread_samples(std::min(most, source.samples.size()), source.samples.size()),
-                     hidden, threads) {}
-  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::vector<std::size_t> samples,
-               double hidden, unsigned threads, HiddenPlace place = HiddenPlace::of_frame)
-      : source_(source),
-        metrics_(metrics),
-        threads_(threads),
-        is_hidden_(hidden > 0),
-        frames_(source, std::move(samples), hidden,
-                is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step, place),
-        best_(best_of_others(source, frames_, metrics, proposed(), threads)) {}
-
-  [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, metrics_[metric]); }
-  /// As the runtime publishes estimates: they follow the regression if `blend`, its share, is not 0, and are moved to
-  /// the points.
-  [[nodiscard]] std::vector<FrameErrors> published_errors(std::size_t metric, const DepthMetric& costs,
-                                                          const ShapeRegression& regression, float blend,
-                                                          const Eigen::MatrixXd& predicted) const {
-    return blend > 0 ? errors(metric, costs, regression, predicted, true) : errors(metric, costs, {}, {}, true);
-  }
-  /// costs: those of the metric, with any price of hidden parts. predicted: one row of shape scores per frame; without
-  /// rows, the candidates alone determine the estimates. corrects: see LeftOutFitter::errors().
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs,
-                                                const ShapeRegression& regression = {},
-                                                const Eigen::MatrixXd& predicted = {}, bool corrects = false) const {
-    const bool is_predicted = predicted.rows() > 0;
-    std::vector<FrameErrors> errors(frames_.size());
-    work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
-      LeftOutFitter fitter(source_, costs, proposed() + (is_predicted ? most_neighbors : 0), regression);
-      for (std::size_t i = next(); i < frames_.size(); i = next()) {
-        LeftOutFrame left_out(frames_, i, best_[metric * frames_.size() + i], is_hidden_);
-        if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
-        errors[i] = fitter.errors(left_out, nullptr, corrects);
-      }
-    });
-    return errors;
-  }
-
- private:
-  /// By what a frame shows. Where something hides a part, that proposes samples of which only some are good.
-  [[nodiscard]] std::uint32_t proposed() const noexcept {
-    return is_hidden_ ? DepthRanking::most_promising : FitSettings{}.candidates;
-  }
-  /// Proposes the samples of other simulations nearest to the prediction, too.
-  void add_prediction(const ShapeRegression& regression, const Eigen::RowVectorXd& scores, LeftOutFrame& frame) const {
-    const Eigen::RowVectorXf rounded = scores.cast<float>();
-    frame.predicted.assign(rounded.begin(), rounded.end());
-    BestSamples nearest(most_neighbors);
-    for (std::uint32_t s = 0; s < source_.samples.size(); ++s)
-      if (source_.samples[s].simulation != source_.samples[frame.sample].simulation &&
-          std::ranges::find(frame.proposed, s) == frame.proposed.end())
-        nearest.offer(s, squared_distance(regression.shape(s), frame.predicted));
-    for (const RankedSample& one : nearest.ranked()) frame.proposed.push_back(one.sample);
-  }
-
-  const SampleSource& source_;
-  std::span<const DepthMetric> metrics_;
-  unsigned threads_;
-  bool is_hidden_;
-  LeftOutFrames frames_;
-  std::vector<BestSamples> best_;
-};
+constexpr std::size_t most_matched = 192, most_compared = 1024;  // frames
+constexpr std::size_t most_hidden = 576;                         // frames: a hidden part makes errors vary more
+constexpr std::size_t most_tests = 100, most_hidden_tests = 50;  // runs
+constexpr double hidden_by_a_patch = 0.3;                        // share of the cells
 
 /// Shape scores of the frames' estimates, one row each. shapes: those of all samples.
 Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::MatrixXd& shapes) {
@@ -95,20 +22,6 @@ Eigen::MatrixXd combinations(std::span<const FrameErrors> frames, const Eigen::M
     for (const auto& [sample, weight] : frames[i].weights)
       rows.row(static_cast<Eigen::Index>(i)) += double{weight} * shapes.row(static_cast<Eigen::Index>(sample));
   return rows;
-}
-
-constexpr std::size_t most_tests = 100, most_hidden_tests = 50;  // runs
-
-/// The samples at the times of the forecast, of `most` left-out runs spread over the ensemble.
-std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most) {
-  const std::vector<RunSamples> runs = samples_of_runs(source.samples);
-  std::vector<std::size_t> chosen;
-  if (source.times.empty()) return chosen;
-  const ForecastTimes times(source.times);
-  for (const std::size_t run : spread_samples(std::min(most, runs.size()), runs.size()))
-    for (std::size_t node = 1; node <= LearnedForecast::nodes; ++node)
-      chosen.push_back(runs[run].nearest(source.times, times.at(static_cast<double>(node))));
-  return chosen;
 }
 
 /// The estimates' shape scores.
@@ -172,54 +85,6 @@ Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& who
   trained.hidden_blend = by_whole.share > 0 ? by_hidden.share : 0;
   trained.hidden_most_difference = by_hidden.most_difference;
   return predicted;
-}
-
-/// The default first. High costs distinguish large deformations; with low costs a fold that lies a few millimeters
-/// elsewhere costs little.
-std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
-  std::vector<DepthMetric> metrics;
-  for (const float scale : {1.0f, 0.25f, 0.5f, 2.0f, 4.0f}) {
-    DepthMetric metric = DepthMetric{}.in(length_unit);
-    metric.cap *= scale;
-    metric.one_sided *= scale;
-    metric.hidden *= scale;
-    metrics.push_back(metric);
-  }
-  return metrics;
-}
-
-double total(std::span<const FrameErrors> errors) {
-  double sum = 0;
-  for (const FrameErrors& error : errors) sum += error.estimate + error.match;
-  return sum;
-}
-
-/// The metric with the least errors of whole and hidden frames, and those of the whole ones.
-std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const SampleSource& source, const LeftOutTests& whole,
-                                                               std::span<const DepthMetric> metrics, unsigned threads) {
-  const LeftOutTests hidden(source, metrics, most_matched, hidden_by_a_patch, threads);
-  std::pair<std::size_t, std::vector<FrameErrors>> best;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t m = 0; m < metrics.size(); ++m) {
-    std::vector<FrameErrors> errors = whole.errors(m);
-    const double sum = total(errors) + total(hidden.errors(m));
-    if (sum < least) best = {m, std::move(errors)}, least = sum;
-  }
-  return best;
-}
-
-/// Takes the price of hidden parts with which the frames' errors are least. Returns these.
-std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs) {
-  std::vector<FrameErrors> least;
-  DepthMetric tried = costs;
-  for (const float share : {0.25f, 0.3125f, 0.375f, 0.4375f, 0.5f, 0.75f}) {
-    tried.hidden = share * costs.one_sided;
-    std::vector<FrameErrors> errors = hidden.errors(0, tried);
-    if (!least.empty() && total(errors) >= total(least)) continue;
-    least = std::move(errors);
-    costs.hidden = tried.hidden;
-  }
-  return least;
 }
 
 /// See share_to_hold().
@@ -309,55 +174,43 @@ LearnedFit not_learned(const SampleSource& source) {
           .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
 }
 
-/// Owns the memory of SensorViews' spans.
-struct RenderedImages {
-  std::vector<std::uint16_t> depths;
-  LearnedFit learned;
+/// Errors of the estimates as the runtime publishes them.
+struct PublishedErrors {
+  std::vector<FrameErrors> whole, hidden;
+  FramePair tests;
 };
 
-SampleSource source_of(const Model& model, const DepthCamera& camera) {
-  SampleSource source{.camera = camera, .length_unit = std::string(model.length_unit()), .nodes = model.nodes()};
-  for (std::uint32_t s = 0; s < model.samples(); ++s) source.samples.push_back(model.sample(s));
-  source.read_positions = [&model](std::size_t sample, std::span<float> positions) {
-    std::ranges::copy(model.node_positions(static_cast<std::uint32_t>(sample)), positions.begin());
+/// Learns the metric, the regression and what the tests look like.
+PublishedErrors learn_estimates(const SampleSource& source, unsigned threads, LearnedFit& learned) {
+  const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
+  const LeftOutTests whole(source, metrics, most_matched, 0, threads);
+  auto [metric, of_whole] =
+      choose_metric(whole, LeftOutTests(source, metrics, most_matched, hidden_by_a_patch, threads));
+  learned.metric = metrics[metric];
+  const std::span chosen(&metrics[metric], 1);
+  const LeftOutTests hidden(source, chosen, most_hidden, hidden_by_a_patch, threads);
+  const std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, learned.metric);
+  const LeftOutTests seen_tests(source, chosen, samples_of_tests(source, most_tests), 0, threads);
+  const LeftOutTests hidden_tests(source, chosen, samples_of_tests(source, most_hidden_tests), hidden_by_a_patch,
+                                  threads, HiddenPlace::of_run);
+  const Eigen::MatrixXd predicted =
+      train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, learned.metric)}, of_whole,
+                   of_hidden, learned.metric, threads, learned.shapes);
+  const ShapeRegression regression = learned.shapes.view();
+  const auto rows = [&](std::size_t first, std::size_t count) {
+    return predicted.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
   };
-  return source;
+  PublishedErrors errors{
+      whole.published_errors(metric, learned.metric, regression, regression.blend, rows(0, of_whole.size())),
+      hidden.published_errors(0, learned.metric, regression, regression.hidden_blend,
+                              rows(of_whole.size(), of_hidden.size())),
+      {}};
+  if (regression.blend > 0) errors.tests = learn_tests(seen_tests, hidden_tests, regression, predicted, learned);
+  return errors;
 }
 
-/// source: without images.
-SensorViews rendered_views(const Model& model, SampleSource source, const SampleRenderer& render, unsigned threads,
-                           const std::function<void(std::size_t done)>& progress) {
-  const std::size_t stride = padded_cells(source.camera);
-  auto rendered = std::make_shared<RenderedImages>();
-  rendered->depths.assign(model.samples() * stride, empty_cell);
-  std::atomic<std::size_t> done{0};
-  work_in_parallel(model.samples(), threads, [&](const auto& next) {
-    for (std::size_t s = next(); s < model.samples(); s = next()) {
-      render(static_cast<std::uint32_t>(s), std::span(rendered->depths).subspan(s * stride, stride));
-      const std::size_t now = ++done;
-      if (progress) progress(now);
-    }
-  });
-  source.read_images = [&](std::size_t first, std::span<std::uint16_t> images) {
-    std::copy_n(rendered->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());
-  };
-  rendered->learned = learn_fit(source, threads);
-  const LearnedFit& learned = rendered->learned;
-  return SensorViews(std::make_shared<const DepthImages>(DepthImages{source.camera,
-                                                                     rendered->depths,
-                                                                     learned.expected,
-                                                                     learned.metric,
-                                                                     learned.limits.frame,
-                                                                     learned.limits.test,
-                                                                     learned.error_per_spread,
-                                                                     learned.hidden_error_per_spread,
-                                                                     static_cast<float>(learned.pose.variance),
-                                                                     learned.pose.by_image,
-                                                                     learned.pose.by_points,
-                                                                     learned.time_variation,
-                                                                     learned.shapes.view(),
-                                                                     {},
-                                                                     rendered}));
+bool is_one_simulation(std::span<const Sample> samples) {
+  return samples.empty() || samples.front().simulation == samples.back().simulation;
 }
 
 }  // namespace
@@ -365,65 +218,23 @@ SensorViews rendered_views(const Model& model, SampleSource source, const Sample
 LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   const SampleSource source = with_cache(samples);
   LearnedFit learned = not_learned(source);
-  if (source.samples.empty() || source.samples.front().simulation == source.samples.back().simulation) {
+  if (is_one_simulation(source.samples)) {
     learned.channels.resize(source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
     return learned;
   }
-  const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
-  const LeftOutTests whole(source, metrics, most_matched, 0, threads);
-  auto [metric, of_whole] = choose_metric(source, whole, metrics, threads);
-  learned.metric = metrics[metric];
-  const LeftOutTests hidden(source, std::span(&metrics[metric], 1), most_hidden, hidden_by_a_patch, threads);
-  std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, learned.metric);
-  const LeftOutTests seen_tests(source, std::span(&metrics[metric], 1), samples_of_tests(source, most_tests), 0,
-                                threads);
-  const LeftOutTests hidden_tests(source, std::span(&metrics[metric], 1), samples_of_tests(source, most_hidden_tests),
-                                  hidden_by_a_patch, threads, HiddenPlace::of_run);
-  const Eigen::MatrixXd predicted =
-      train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, learned.metric)}, of_whole,
-                   of_hidden, learned.metric, threads, learned.shapes);
-  const ShapeRegression regression = learned.shapes.view();
-  of_whole = whole.published_errors(metric, learned.metric, regression, regression.blend,
-                                    predicted.topRows(std::ssize(of_whole)));
-  of_hidden = hidden.published_errors(0, learned.metric, regression, regression.hidden_blend,
-                                      predicted.middleRows(std::ssize(of_whole), std::ssize(of_hidden)));
-  FramePair frames =
-      regression.blend > 0 ? learn_tests(seen_tests, hidden_tests, regression, predicted, learned) : FramePair{};
-  learned.error_per_spread = error_per_spread(of_whole, learned.metric);
-  learned.hidden_error_per_spread = error_per_spread(of_hidden, learned.metric);
+  PublishedErrors errors = learn_estimates(source, threads, learned);
+  learned.error_per_spread = error_per_spread(errors.whole, learned.metric);
+  learned.hidden_error_per_spread = error_per_spread(errors.hidden, learned.metric);
   if (source.read_field)
-    learned.bounds = learn_bounds(source, {of_whole, double{learned.error_per_spread}},
-                                  {of_hidden, double{learned.hidden_error_per_spread}}, threads);
-  append(frames[0], of_whole);
-  append(frames[1], of_hidden);
-  learn_channels(source, frames, learned);
-  learned.time_variation = time_variation(source, of_whole);
+    learned.bounds = learn_bounds(source, {errors.whole, double{learned.error_per_spread}},
+                                  {errors.hidden, double{learned.hidden_error_per_spread}}, threads);
+  learned.time_variation = time_variation(source, errors.whole);
+  append(errors.tests[0], errors.whole);
+  append(errors.tests[1], errors.hidden);
+  learn_channels(source, errors.tests, learned);
   learned.pose = learn_pose(source, learned.metric, threads);
   learn_limits(source, threads, learned);
   return learned;
-}
-
-SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
-                                const std::function<void(std::size_t done)>& progress) {
-  const auto render = [&](std::uint32_t sample, std::span<std::uint16_t> image) {
-    renderer.render(model.node_positions(sample), present_elements(model, sample), image);
-  };
-  SampleSource source = source_of(model, renderer.camera());
-  source.points_of = [&](std::size_t sample) {
-    const auto number = static_cast<std::uint32_t>(sample);
-    return renderer.points(model.node_positions(number), present_elements(model, number));
-  };
-  source.most_points = renderer.most_points();
-  source.grid = envelope_grid(model.view().envelope);
-  const ModelView& view = model.view();
-  source.surface = surface_places(view.references.front().vertex_nodes, view.element_nodes, view.info.nodes,
-                                  !view.landmark_positions.empty());
-  return rendered_views(model, std::move(source), render, threads, progress);
-}
-
-SensorViews render_depth_images(const Model& model, const DepthCamera& camera, const SampleRenderer& render,
-                                unsigned threads, const std::function<void(std::size_t done)>& progress) {
-  return rendered_views(model, source_of(model, camera), render, threads, progress);
 }
 
 }  // namespace lbea::bake

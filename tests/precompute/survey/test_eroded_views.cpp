@@ -1,5 +1,5 @@
 // Depth images and estimates of samples that have lost elements.
-#include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/depth_images/rendered_views.hpp"
 #include "runtime/src/model/eroded_elements.hpp"
 #include "tests/precompute/survey/eroding_model.hpp"
 

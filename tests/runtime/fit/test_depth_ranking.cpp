@@ -1,5 +1,5 @@
 // Depth images of samples and frames, and the ranking of samples by them.
-#include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/depth_images/rendered_views.hpp"
 #include "runtime/src/depth/depth_ranking.hpp"
 #include "tests/runtime/fit/seen_plates.hpp"
 

@@ -1,7 +1,7 @@
 // Bending plates under two rigs: one looks down on them, one up.
 #pragma once
 
-#include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/depth_images/rendered_views.hpp"
 #include "tests/runtime/fit/seen_plates.hpp"
 
 #include <lbea/rigs.hpp>

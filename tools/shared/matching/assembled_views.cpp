@@ -3,7 +3,7 @@
 #include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
-#include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/depth_images/rendered_views.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/model/eroded_elements.hpp"
 #include "runtime/src/track/same_runs.hpp"

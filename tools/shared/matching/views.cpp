@@ -3,7 +3,7 @@
 #include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "precompute/depth_images/depth_renderer.hpp"
-#include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/depth_images/rendered_views.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/box_of_samples.hpp"

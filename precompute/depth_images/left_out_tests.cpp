@@ -1,0 +1,120 @@
+#include "precompute/depth_images/left_out_tests.hpp"
+
+#include "precompute/parallel.hpp"
+#include "runtime/src/forecast/learned_forecast.hpp"
+#include "runtime/src/model/run_samples.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace lbea::bake {
+namespace {
+
+constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
+
+double total(std::span<const FrameErrors> errors) {
+  double sum = 0;
+  for (const FrameErrors& error : errors) sum += error.estimate + error.match;
+  return sum;
+}
+
+}  // namespace
+
+LeftOutTests::LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics,
+                           std::vector<std::size_t> samples, double hidden, unsigned threads, HiddenPlace place)
+    : source_(source),
+      metrics_(metrics),
+      threads_(threads),
+      is_hidden_(hidden > 0),
+      frames_(source, std::move(samples), hidden,
+              is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step, place),
+      best_(best_of_others(source, frames_, metrics, proposed(), threads)) {}
+
+LeftOutTests::LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most,
+                           double hidden, unsigned threads)
+    : LeftOutTests(source, metrics, spread_samples(std::min(most, source.samples.size()), source.samples.size()),
+                   hidden, threads) {}
+
+std::vector<FrameErrors> LeftOutTests::errors(std::size_t metric, const DepthMetric& costs,
+                                              const ShapeRegression& regression, const Eigen::MatrixXd& predicted,
+                                              bool corrects) const {
+  const bool is_predicted = predicted.rows() > 0;
+  std::vector<FrameErrors> errors(frames_.size());
+  work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
+    LeftOutFitter fitter(source_, costs, proposed() + (is_predicted ? most_neighbors : 0), regression);
+    for (std::size_t i = next(); i < frames_.size(); i = next()) {
+      LeftOutFrame left_out(frames_, i, best_[metric * frames_.size() + i], is_hidden_);
+      if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
+      errors[i] = fitter.errors(left_out, nullptr, corrects);
+    }
+  });
+  return errors;
+}
+
+/// By what a frame shows. Where something hides a part, that proposes samples of which only some are good.
+std::uint32_t LeftOutTests::proposed() const noexcept {
+  return is_hidden_ ? DepthRanking::most_promising : FitSettings{}.candidates;
+}
+
+/// Proposes the samples of other simulations nearest to the prediction, too.
+void LeftOutTests::add_prediction(const ShapeRegression& regression, const Eigen::RowVectorXd& scores,
+                                  LeftOutFrame& frame) const {
+  const Eigen::RowVectorXf rounded = scores.cast<float>();
+  frame.predicted.assign(rounded.begin(), rounded.end());
+  BestSamples nearest(most_neighbors);
+  for (std::uint32_t s = 0; s < source_.samples.size(); ++s)
+    if (source_.samples[s].simulation != source_.samples[frame.sample].simulation &&
+        std::ranges::find(frame.proposed, s) == frame.proposed.end())
+      nearest.offer(s, squared_distance(regression.shape(s), frame.predicted));
+  for (const RankedSample& one : nearest.ranked()) frame.proposed.push_back(one.sample);
+}
+
+/// High costs distinguish large deformations; with low costs a fold that lies a few millimeters elsewhere costs little.
+std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
+  std::vector<DepthMetric> metrics;
+  for (const float scale : {1.0f, 0.25f, 0.5f, 2.0f, 4.0f}) {
+    DepthMetric metric = DepthMetric{}.in(length_unit);
+    metric.cap *= scale;
+    metric.one_sided *= scale;
+    metric.hidden *= scale;
+    metrics.push_back(metric);
+  }
+  return metrics;
+}
+
+std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole, const LeftOutTests& hidden) {
+  std::pair<std::size_t, std::vector<FrameErrors>> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < whole.metrics(); ++m) {
+    std::vector<FrameErrors> errors = whole.errors(m);
+    const double sum = total(errors) + total(hidden.errors(m));
+    if (sum < least) best = {m, std::move(errors)}, least = sum;
+  }
+  return best;
+}
+
+std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs) {
+  std::vector<FrameErrors> least;
+  DepthMetric tried = costs;
+  for (const float share : {0.25f, 0.3125f, 0.375f, 0.4375f, 0.5f, 0.75f}) {
+    tried.hidden = share * costs.one_sided;
+    std::vector<FrameErrors> errors = hidden.errors(0, tried);
+    if (!least.empty() && total(errors) >= total(least)) continue;
+    least = std::move(errors);
+    costs.hidden = tried.hidden;
+  }
+  return least;
+}
+
+std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most) {
+  const std::vector<RunSamples> runs = samples_of_runs(source.samples);
+  std::vector<std::size_t> chosen;
+  if (source.times.empty()) return chosen;
+  const ForecastTimes times(source.times);
+  for (const std::size_t run : spread_samples(std::min(most, runs.size()), runs.size()))
+    for (std::size_t node = 1; node <= LearnedForecast::nodes; ++node)
+      chosen.push_back(runs[run].nearest(source.times, times.at(static_cast<double>(node))));
+  return chosen;
+}
+
+}  // namespace lbea::bake

@@ -1,0 +1,64 @@
+// Frames of left-out runs, seen completely or with a part hidden, matched with the other runs.
+#pragma once
+
+#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/depth_images/shape_training.hpp"
+
+namespace lbea::bake {
+
+/// Frames, and their candidates by each metric.
+class LeftOutTests {
+ public:
+  /// hidden: the share of the cells that something hides; threads: to match them.
+  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::vector<std::size_t> samples,
+               double hidden, unsigned threads, HiddenPlace place = HiddenPlace::of_frame);
+  /// The same for at most `most` samples, spread over the ensemble.
+  LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most, double hidden,
+               unsigned threads);
+
+  [[nodiscard]] std::size_t metrics() const noexcept { return metrics_.size(); }
+  [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
+  /// By the candidates alone.
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, metrics_[metric]); }
+  /// The same; costs: those of the metric, with any price of hidden parts.
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs) const {
+    return errors(metric, costs, {}, {}, false);
+  }
+  /// As the runtime publishes estimates: they follow the regression if `blend`, its share, is not 0, and are moved to
+  /// the points. predicted: one row of shape scores per frame.
+  [[nodiscard]] std::vector<FrameErrors> published_errors(std::size_t metric, const DepthMetric& costs,
+                                                          const ShapeRegression& regression, float blend,
+                                                          const Eigen::MatrixXd& predicted) const {
+    return blend > 0 ? errors(metric, costs, regression, predicted, true) : errors(metric, costs, {}, {}, true);
+  }
+
+ private:
+  /// predicted: without rows, the candidates alone determine the estimates. corrects: see LeftOutFitter::errors().
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs,
+                                                const ShapeRegression& regression, const Eigen::MatrixXd& predicted,
+                                                bool corrects) const;
+  [[nodiscard]] std::uint32_t proposed() const noexcept;
+  void add_prediction(const ShapeRegression& regression, const Eigen::RowVectorXd& scores, LeftOutFrame& frame) const;
+
+  const SampleSource& source_;
+  std::span<const DepthMetric> metrics_;
+  unsigned threads_;
+  bool is_hidden_;
+  LeftOutFrames frames_;
+  std::vector<BestSamples> best_;
+};
+
+/// The metrics among which the bake chooses, the default first.
+[[nodiscard]] std::vector<DepthMetric> metrics_in(std::string_view length_unit);
+
+/// The index of the metric with the least errors of whole and hidden frames, and those of the whole ones.
+[[nodiscard]] std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole,
+                                                                             const LeftOutTests& hidden);
+
+/// Takes the price of hidden parts with which the frames' errors are least. Returns these.
+[[nodiscard]] std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs);
+
+/// The samples at the times of the forecast, of `most` left-out runs spread over the ensemble.
+[[nodiscard]] std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most);
+
+}  // namespace lbea::bake
