@@ -22,7 +22,7 @@ ratio = sum(float(r["EE"]) for r in rows) / sum(float(r["oracle_EE"]) for r in r
 assert ratio < 1.5, f"mean EE is {ratio:.2f} times the oracle's; fit reaches about 1.1 to 1.3, the preprint's methods about 2"
 mean = lambda column: sum(float(r[column]) for r in rows) / len(rows)
 assert mean("estimate_EE") < mean("EE"), "the estimate is better than the best sample"
-assert len({r["path_simulation"] for r in rows}) <= 3, "the path of one test stays in a few simulations"
+assert mean("path_EE") <= 1.01 * mean("EE"), "other frames do not make the choice worse"
 assert all(float(r["path_EE"]) >= float(r["oracle_EE"]) - 1e-6 for r in rows), "the path is not better than the oracle"
 assert len(list((out / "evaluation").glob("matched_*.vtu"))) == 21 and (out / "evaluation/matched.pvd").exists()
 tally = (out / "serve.out").read_text()

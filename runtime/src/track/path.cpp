@@ -31,11 +31,12 @@ class History {
   double squared_noise_, weights_ = 0;
 };
 
-/// The candidate with the least cost: its squared rank plus a share of its simulation's excess in other frames. With
-/// the earlier frames of their test, which the ranks contain, larger shares made the choice worse.
+/// The candidate with the least cost: its squared rank plus a share of its simulation's excess in other frames. Ranks
+/// contain the earlier frames of their test. So other frames only decide between candidates that are about equal:
+/// larger shares made the choice worse.
 template <class Excess>
 Sample chosen_sample(std::span<const Match> ranked, float noise, const Excess& excess) noexcept {
-  constexpr double share = 0.1;
+  constexpr double share = 0.03;
   const float least = std::ranges::min(ranked, {}, &Match::distance).distance;
   const double scale = square<double>(least) + square<double>(noise);
   const auto root_of_cost = [&](const Match& m) {
