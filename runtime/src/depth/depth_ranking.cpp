@@ -151,7 +151,7 @@ float DepthRanking::rank(std::span<float> observed, std::span<const std::uint16_
   compare(observed, depths, proposed);
   choose(best_, nullptr);
   const float least = ranked()[0].distance;
-  find_common(depths);
+  find_common(depths, ranked(), common_);
   for (std::size_t c = 0; c < common_.size(); ++c)
     if (common_[c] != 0 && observed[c] == nothing_seen) observed[c] = not_observed;
   const auto chosen = std::span(chosen_).first(ranked().size());
@@ -174,7 +174,7 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
     compared_[compared_count_++] = {one.sample, mean};
   }
   choose(best_, costs);
-  find_common(depths);
+  find_common(depths, ranked(), common_);
   return ranked()[0].distance - compare_shown(depths.subspan(ranked()[0].sample * stride, stride)).mean();
 }
 
@@ -268,15 +268,6 @@ void DepthRanking::choose(BestSamples& best, const ExpectationCosts* costs) noex
   best.clear();
   for (const RankedSample& one : compared)
     best.offer(one.sample, one.distance + (costs != nullptr ? price_per_cost_ * (*costs)[one.sample] : 0.0f));
-}
-
-void DepthRanking::find_common(std::span<const std::uint16_t> depths) noexcept {
-  std::ranges::fill(common_, std::uint16_t{1});
-  for (const RankedSample& best : ranked()) {
-    const std::uint16_t* image = &depths[best.sample * common_.size()];
-    for (std::size_t c = 0; c < common_.size(); ++c)
-      common_[c] = static_cast<std::uint16_t>(common_[c] & (image[c] != empty_cell));
-  }
 }
 
 }  // namespace lbea

@@ -135,7 +135,6 @@ class DepthRanking {
                std::span<const RankedSample> proposed) noexcept;
   /// Of those in compared_.
   void choose(BestSamples& best, const ExpectationCosts* costs) noexcept;
-  void find_common(std::span<const std::uint16_t> depths) noexcept;
 
   const Kernels& code_;
   CellPrices prices_;  // in depth steps

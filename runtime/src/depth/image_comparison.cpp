@@ -255,4 +255,14 @@ void ThinnedImages::propose(std::span<const float> observed, BestSamples& best, 
   }
 }
 
+void find_common(std::span<const std::uint16_t> depths, std::span<const RankedSample> samples,
+                 std::span<std::uint16_t> common) noexcept {
+  std::ranges::fill(common, std::uint16_t{1});
+  for (const RankedSample& one : samples) {
+    const std::uint16_t* image = &depths[one.sample * common.size()];
+    for (std::size_t c = 0; c < common.size(); ++c)
+      common[c] = static_cast<std::uint16_t>(common[c] & (image[c] != empty_cell));
+  }
+}
+
 }  // namespace lbea

@@ -108,6 +108,10 @@ class ThinnedImages {
   LineComparison lines_;
 };
 
+/// Per cell of common, padded_cells(): 0 where the image of any of the samples is empty. depths: of all samples.
+void find_common(std::span<const std::uint16_t> depths, std::span<const RankedSample> samples,
+                 std::span<std::uint16_t> common) noexcept;
+
 /// Plausibility of a sample by its residual r: exp(-sharpness * (r^2 - best^2) / (best^2 + noise^2)).
 template <typename Real>
 class Plausibility {

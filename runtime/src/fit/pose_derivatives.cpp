@@ -37,7 +37,7 @@ PoseDerivatives::PoseDerivatives(const DepthCamera& camera, const PoseCenter& ce
 void PoseDerivatives::build(const PoseProblem& problem) noexcept {
   std::ranges::fill(of_depths_, 0.0f);
   edges_.clear();
-  find_common(problem);
+  find_common(problem.images.depths, problem.candidates, common_);
   sum_windows(problem);
   const bool has_silhouette = problem.has_silhouette && is_dense(problem.observed);
   constexpr float all = 25;
@@ -48,14 +48,6 @@ void PoseDerivatives::build(const PoseProblem& problem) noexcept {
       if (has_silhouette && window.filled > 0 && window.filled < all && window.hidden == 0)
         add_edge(problem.points, row, column, has_depth);
     }
-}
-
-void PoseDerivatives::find_common(const PoseProblem& problem) noexcept {
-  std::ranges::fill(common_, std::numeric_limits<std::uint16_t>::max());
-  for (const RankedSample& candidate : problem.candidates) {
-    const auto image = problem.images.of_sample(candidate.sample);
-    for (std::size_t i = 0; i < common_.size(); ++i) common_[i] = std::min(common_[i], image[i]);
-  }
 }
 
 /// In a sparse cloud, most empty cells are gaps between points and not beside the component.
@@ -101,7 +93,7 @@ void PoseDerivatives::sum_windows(const PoseProblem& problem) noexcept {
   points_when_full_ = whole.inside > 0 ? whole.points / whole.inside : 0;
   set([&](std::size_t cell, std::size_t at) {
     Window window = cells_[at];
-    window.hidden = windows_[at].filled == 0 && common_[cell] != empty_cell ? 1.0f : 0.0f;
+    window.hidden = windows_[at].filled == 0 && common_[cell] != 0 ? 1.0f : 0.0f;
     return window;
   });
 }
@@ -136,7 +128,7 @@ std::array<float, 2> PoseDerivatives::ray(std::uint32_t row, std::uint32_t colum
 bool PoseDerivatives::add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept {
   if (row == 0 || column == 0 || row + 1 == camera_.rows || column + 1 == camera_.columns) return false;
   const std::size_t cell = std::size_t{row} * camera_.columns + column;
-  if (common_[cell] == empty_cell) return false;
+  if (common_[cell] == 0) return false;
   const float left = observed[cell - 1], right = observed[cell + 1], up = observed[cell - camera_.columns],
               down = observed[cell + camera_.columns];
   if (std::min({observed[cell], left, right, up, down}) < 0) return false;

@@ -48,7 +48,6 @@ class PoseDerivatives {
   [[nodiscard]] bool is_inside(std::span<const float> observed, std::size_t cell) const noexcept;
   void sum_windows(const PoseProblem& problem) noexcept;
   void sum_cells() noexcept;
-  void find_common(const PoseProblem& problem) noexcept;
   /// Returns whether there is a derivative.
   bool add_depth(std::span<const float> observed, std::uint32_t row, std::uint32_t column) noexcept;
   void add_edge(std::span<const float> points, std::uint32_t row, std::uint32_t column, bool has_depth) noexcept;
@@ -65,7 +64,7 @@ class PoseDerivatives {
   PoseCenter center_;
   float one_sided_;
   std::vector<float> of_depths_;
-  std::vector<std::uint16_t> common_;  // per cell: not 0 if all candidates fill it
+  std::vector<std::uint16_t> common_;  // per cell: 0 where the image of any candidate is empty
   std::size_t stride_;
   std::vector<Window> cells_, in_row_, windows_;  // per padded cell: its own, summed along the row, over the window
   std::vector<EdgeCell> edges_;
