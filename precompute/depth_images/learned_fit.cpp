@@ -184,8 +184,7 @@ struct PublishedErrors {
 PublishedErrors learn_estimates(const SampleSource& source, unsigned threads, LearnedFit& learned) {
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
   const LeftOutTests whole(source, metrics, most_matched, 0, threads);
-  auto [metric, of_whole] =
-      choose_metric(whole, LeftOutTests(source, metrics, most_matched, hidden_by_a_patch, threads));
+  const auto [metric, of_whole] = choose_metric(whole);
   learned.metric = metrics[metric];
   const std::span chosen(&metrics[metric], 1);
   const LeftOutTests hidden(source, chosen, most_hidden, hidden_by_a_patch, threads);

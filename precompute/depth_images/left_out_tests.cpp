@@ -5,7 +5,6 @@
 #include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace lbea::bake {
 namespace {
@@ -82,13 +81,11 @@ std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
   return metrics;
 }
 
-std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole, const LeftOutTests& hidden) {
-  std::pair<std::size_t, std::vector<FrameErrors>> best;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t m = 0; m < whole.metrics(); ++m) {
+std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole) {
+  std::pair<std::size_t, std::vector<FrameErrors>> best{0, whole.errors(0)};
+  for (std::size_t m = 1; m < whole.metrics(); ++m) {
     std::vector<FrameErrors> errors = whole.errors(m);
-    const double sum = total(errors) + total(hidden.errors(m));
-    if (sum < least) best = {m, std::move(errors)}, least = sum;
+    if (total(errors) < total(best.second)) best = {m, std::move(errors)};
   }
   return best;
 }

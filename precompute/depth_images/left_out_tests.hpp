@@ -51,9 +51,8 @@ class LeftOutTests {
 /// The metrics among which the bake chooses, the default first.
 [[nodiscard]] std::vector<DepthMetric> metrics_in(std::string_view length_unit);
 
-/// The index of the metric with the least errors of whole and hidden frames, and those of the whole ones.
-[[nodiscard]] std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole,
-                                                                             const LeftOutTests& hidden);
+/// The index of the metric with the least errors of whole frames, and these.
+[[nodiscard]] std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole);
 
 /// Takes the price of hidden parts with which the frames' errors are least. Returns these.
 [[nodiscard]] std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs);
