@@ -58,7 +58,11 @@ std::size_t HiddenParts::find(std::span<const std::uint16_t> image) noexcept {
     set_row(parts_, row, [filled](std::size_t cell) { return filled[cell] != empty_cell; });
   const std::size_t begin = at(0), end = at(rows_), below = words_;
   std::uint64_t* const parts = parts_.data();
-  for (std::size_t i = begin; i < end; ++i) parts[i] &= empty_[i];
+  filled_by_both_ = 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    filled_by_both_ += static_cast<std::size_t>(std::popcount(parts[i] & ~empty_[i]));
+    parts[i] &= empty_[i];
+  }
   for (std::size_t i = begin; i < end; ++i) {
     const std::uint64_t bits = parts[i], next = parts[i + 1];
     parts[i] = bits & (bits >> 1 | next << 63) & (bits >> 2 | next << 62) & (bits >> 3 | next << 61) &
@@ -121,6 +125,14 @@ void HiddenCells::exclude_from(std::span<float> frame) const noexcept {
     }
 }
 
+void set_depth_costs(std::span<float> mean_squares, float noise) noexcept {
+  constexpr float half_n_of_shapes = 0.5f, half_n_of_noise = 5;
+  constexpr float share_of_noise = 0.01f;  // the noise of the metric includes that of the outline
+  const float variance = share_of_noise * noise, least = *std::ranges::min_element(mean_squares) + variance;
+  const float half_n = half_n_of_shapes + half_n_of_noise * variance / least;
+  for (float& mean : mean_squares) mean = half_n * static_cast<float>(logarithm((mean + variance) / least));
+}
+
 [[gnu::cold]]  // compiled for size
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric,
                            std::uint32_t most_proposed, float sharpness)
@@ -137,6 +149,7 @@ DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, co
       lines_(padded_cells(camera), prices_),
       nearly_best_(capacity + spare),
       promising_(most_promising),
+      depth_costs_(promising_.capacity()),
       whole_(padded_cells(camera)),
       parts_(camera) {}
 
@@ -170,10 +183,13 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
   choose(promising_, costs);
   compared_count_ = 0;
   for (const RankedSample& one : promising_.ranked()) {
-    const float mean = compare(depths.subspan(one.sample * stride, stride)).mean();
-    compared_[compared_count_++] = {one.sample, mean};
+    const SquareSums sums = compare(depths.subspan(one.sample * stride, stride));
+    depth_costs_[compared_count_] = sums.mean_of_depths();
+    compared_[compared_count_++] = {one.sample, sums.mean()};
   }
-  choose(best_, costs);
+  const auto depth_costs = std::span(depth_costs_).first(compared_count_);
+  set_depth_costs(depth_costs, noise_);
+  choose(best_, costs, depth_costs);
   find_common(depths, ranked(), common_);
   return ranked()[0].distance - compare_shown(depths.subspan(ranked()[0].sample * stride, stride)).mean();
 }
@@ -183,6 +199,7 @@ void DepthRanking::set_frame(std::span<const float> observed, bool is_hidden, bo
   is_hidden_ = is_hidden;
   if (!is_hidden) return;
   std::ranges::transform(observed, whole_.begin(), [](float depth) { return depth < 0 ? nothing_seen : depth; });
+  shown_cells_ = static_cast<float>(std::ranges::count_if(observed, [](float depth) { return depth >= 0; }));
   if (knows_parts)
     parts_.set_frame_with_known_parts(observed);
   else
@@ -190,12 +207,16 @@ void DepthRanking::set_frame(std::span<const float> observed, bool is_hidden, bo
 }
 
 SquareSums DepthRanking::compare(std::span<const std::uint16_t> image) noexcept {
-  const float* observed = is_hidden_ ? whole_.data() : observed_.data();
-  const CellSums sums = code_.compare_depths(observed, image.data(), image.size(), prices_);
-  if (!is_hidden_) return {sums.squares, 0, std::max(sums.filled, 1.0f)};
-  const auto hidden = static_cast<float>(parts_.find(image));
-  return {std::max(sums.squares - square(prices_.one_sided) * hidden, 0.0f), square(hidden_price_) * hidden,
-          std::max(sums.filled - hidden, 1.0f)};
+  if (!is_hidden_) {
+    const CellSums sums = code_.compare_depths(observed_.data(), image.data(), image.size(), prices_);
+    return {sums.squares, 0, std::max(sums.filled, 1.0f)};
+  }
+  const CellSums sums = code_.compare_depths(whole_.data(), image.data(), image.size(), {prices_.cap, 0});
+  const auto hidden = static_cast<float>(parts_.find(image)), both = static_cast<float>(parts_.filled_by_both());
+  const float one_sided = square(prices_.one_sided);
+  return {sums.squares + one_sided * std::max(sums.filled - both - hidden, 0.0f), square(hidden_price_) * hidden,
+          std::max(sums.filled - hidden, 1.0f), sums.squares + square(hidden_price_) * (shown_cells_ - both),
+          std::max(shown_cells_, 1.0f)};
 }
 
 SquareSums DepthRanking::compare_shown(std::span<const std::uint16_t> image) noexcept {
@@ -260,14 +281,18 @@ void DepthRanking::compare(std::span<const float> observed, std::span<const std:
 }
 
 /// The cost of a sample, the negative logarithm of a probability, has the price of as much less Plausibility.
-void DepthRanking::choose(BestSamples& best, const ExpectationCosts* costs) noexcept {
+void DepthRanking::choose(BestSamples& best, const ExpectationCosts* costs,
+                          std::span<const float> depth_costs) noexcept {
   const auto compared = std::span(compared_).first(compared_count_);
   float least = std::numeric_limits<float>::infinity();
   for (const RankedSample& one : compared) least = std::min(least, one.distance);
   price_per_cost_ = (least + noise_) / sharpness_;
   best.clear();
-  for (const RankedSample& one : compared)
-    best.offer(one.sample, one.distance + (costs != nullptr ? price_per_cost_ * (*costs)[one.sample] : 0.0f));
+  for (std::size_t i = 0; i < compared.size(); ++i) {
+    const auto& [sample, mean] = compared[i];
+    const float cost = (costs != nullptr ? (*costs)[sample] : 0) + (depth_costs.empty() ? 0 : depth_costs[i]);
+    best.offer(sample, mean + price_per_cost_ * cost);
+  }
 }
 
 }  // namespace lbea

@@ -22,6 +22,8 @@ class HiddenParts {
   void set_frame_with_known_parts(std::span<const float> observed) noexcept;
   /// image: of a sample. Returns the number of cells that may be hidden. Does not allocate.
   std::size_t find(std::span<const std::uint16_t> image) noexcept;
+  /// Number of cells that the frame and the last image both fill.
+  [[nodiscard]] std::size_t filled_by_both() const noexcept { return filled_by_both_; }
   /// Calls visit(cell) for the last ones found.
   template <class Visit>
   void visit(const Visit& visit) const noexcept {
@@ -42,6 +44,7 @@ class HiddenParts {
 
   std::size_t columns_, rows_, words_;  // words: of a row and the margin after it
   bool are_known_ = false;
+  std::size_t filled_by_both_ = 0;
   std::vector<std::uint8_t> in_row_;  // per cell of a row 1 or 0
   // A bit per cell. Margins of zeros before and after all rows and after all columns
   std::vector<std::uint64_t> empty_, allowed_, parts_;
@@ -73,9 +76,26 @@ class HiddenCells {
 struct SquareSums {
   float squares = 0, hidden = 0;  // squared depth steps: of what the frame shows; price of what something may hide
   float cells = 1;                // that the mean is over
+  // Only where something hides a part, of the cells that the frame shows: squares of depths; one that the sample does
+  // not fill counts as a hidden one
+  float depths = 0, shown = 1;
 
-  [[nodiscard]] float mean() const noexcept { return squares / cells + hidden / cells; }
+  SquareSums& operator+=(const SquareSums& other) noexcept {
+    squares += other.squares, hidden += other.hidden, cells += other.cells;
+    depths += other.depths, shown += other.shown;
+    return *this;
+  }
+  [[nodiscard]] float mean() const noexcept { return (squares + hidden) / cells; }
+  [[nodiscard]] float mean_of_depths() const noexcept { return depths / shown; }
 };
+
+/// Where something hides a part, the costs of the outline and of the hidden part vary more from state to state than
+/// those of the depths, and hide which sample fits the depths best. Hence depths have a cost of their own: of n
+/// differences of unknown scale, the negative logarithm of the likelihood is n/2 ln(mean square) up to a constant.
+/// Differences of shapes are alike in neighboring cells, so that n is small; those by noise are independent. n
+/// increases as the least mean square approaches the noise. Replaces the samples' mean squares, at least one, by these
+/// costs, of which the least is 0. noise: squared, of the metric, in the same unit, > 0.
+void set_depth_costs(std::span<float> mean_squares, float noise) noexcept;
 
 /// Ranks samples by how well their depth images explain that of a frame.
 class DepthRanking {
@@ -97,7 +117,8 @@ class DepthRanking {
              const ExpectationCosts* costs = nullptr, std::span<const std::uint32_t> filled_cells = {}) noexcept;
   /// The same where something hides a part, of a frame limited to its surroundings: each sample is compared with the
   /// whole frame as if what it fills and the frame does not, in HiddenParts, cost little and were not among the cells
-  /// of the mean. Returns by how much the best sample's distance exceeds the mean square of what the frame shows.
+  /// of the mean; see set_depth_costs(). Returns by how much the best sample's distance exceeds the mean square of what
+  /// the frame shows.
   /// knows_parts: only cells that are not_observed may be hidden; the frame is not limited to its surroundings.
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
                     std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr,
@@ -117,7 +138,7 @@ class DepthRanking {
                                                 std::span<const std::uint16_t> depths) noexcept;
 
   /// Best first. distance: mean square over the cells that either image fills, in squared depth steps, and the price of
-  /// the sample's cost.
+  /// the sample's costs, also those of set_depth_costs().
   [[nodiscard]] std::span<const RankedSample> ranked() const noexcept { return best_.ranked(); }
   /// Price of a cost, in squared depth steps.
   [[nodiscard]] float price_per_cost() const noexcept { return price_per_cost_; }
@@ -133,8 +154,8 @@ class DepthRanking {
   /// Sets compared_.
   void compare(std::span<const float> observed, std::span<const std::uint16_t> depths,
                std::span<const RankedSample> proposed) noexcept;
-  /// Of those in compared_.
-  void choose(BestSamples& best, const ExpectationCosts* costs) noexcept;
+  /// Of those in compared_. depth_costs: of each, or none.
+  void choose(BestSamples& best, const ExpectationCosts* costs, std::span<const float> depth_costs = {}) noexcept;
 
   const Kernels& code_;
   CellPrices prices_;  // in depth steps
@@ -151,8 +172,10 @@ class DepthRanking {
   static constexpr std::uint32_t spare = 8;
   BestSamples nearly_best_;
   BestSamples promising_;            // by what the frame shows
+  std::vector<float> depth_costs_;   // of promising_
   std::span<const float> observed_;  // the frame
   std::vector<float> whole_;         // the frame, empty cells as evidence wherever they are
+  float shown_cells_ = 1;            // of the frame
   bool is_hidden_ = false;           // something hides a part of it
   HiddenParts parts_;
 };

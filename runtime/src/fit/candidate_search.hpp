@@ -47,7 +47,8 @@ class CandidateSearch {
   [[nodiscard]] const FrameImage& image() const noexcept { return image_; }
   [[nodiscard]] std::span<const RankedSample> proposed() const noexcept { return proposed_; }
 
-  /// Most similar first. distance: their residual, and what the history of the test counts against them.
+  /// Most similar first. distance: their residual, and what the history of the test counts against them. Where
+  /// something hides a part, the residuals of all but the best include their depth costs.
   [[nodiscard]] std::span<const Match> candidates() const noexcept { return std::span(candidates_).first(count()); }
   [[nodiscard]] std::size_t count() const noexcept { return ranking_.ranked().size(); }
   [[nodiscard]] std::size_t capacity() const noexcept { return ranking_.capacity(); }

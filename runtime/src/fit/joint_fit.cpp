@@ -31,6 +31,7 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       costs_(model, regression_),
       compared_(std::min<std::size_t>(rigs * promising_.capacity(), model.info.samples)),
       squares_(rigs * compared_.size()),
+      depth_costs_(compared_.size()),
       best_(most_candidates(settings, simulations_.simulations(), model.info.samples)),
       candidates_(best_.capacity()),
       alone_(best_.capacity()),
@@ -107,7 +108,7 @@ void JointFitter::propose() noexcept {
   for (const RigEvidence& rig : rigs_) add(rig, rig.fitter->search().proposed());
 }
 
-/// By the mean square over the cells of all images.
+/// By the mean square over the cells of all images, and costs.
 void JointFitter::rank(const FrameExpectation* expected) noexcept {
   const auto proposed = std::span(proposed_).first(compared_count_);
   side_by_side(rigs_.size(), [&](std::size_t rig) {
@@ -120,19 +121,22 @@ void JointFitter::rank(const FrameExpectation* expected) noexcept {
   costs_.assess(proposed, expected);
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < proposed.size(); ++i) {
-    float squares = 0, cells = 0;
-    for (std::size_t rig = 0; rig < rigs_.size(); ++rig) {
-      const SquareSums& sums = squares_[rig * compared_.size() + i];
-      squares += sums.squares + sums.hidden;
-      cells += sums.cells;
-    }
-    compared_[i] = {proposed[i].sample, squares / cells};
+    SquareSums all{.cells = 0, .shown = 0};
+    for (std::size_t rig = 0; rig < rigs_.size(); ++rig) all += squares_[rig * compared_.size() + i];
+    compared_[i] = {proposed[i].sample, all.mean()};
+    depth_costs_[i] = all.mean_of_depths();
     least = std::min(least, compared_[i].distance);
   }
+  if (is_hidden_)
+    set_depth_costs(std::span(depth_costs_).first(proposed.size()), noise_);
+  else
+    std::ranges::fill(depth_costs_, 0.0f);
   price_per_cost_ = (least + noise_) / settings_.sharpness;
   best_.clear();
-  for (const RankedSample& one : std::span(compared_).first(compared_count_))
-    best_.offer(one.sample, one.distance + price_per_cost_ * costs_[one.sample]);
+  for (std::size_t i = 0; i < proposed.size(); ++i) {
+    const auto& [sample, mean] = compared_[i];
+    best_.offer(sample, mean + price_per_cost_ * (costs_[sample] + depth_costs_[i]));
+  }
   set_candidates();
 }
 
@@ -159,7 +163,10 @@ void JointFitter::set_candidates() noexcept {
   const auto price = [this](const RankedSample& one) { return price_per_cost_ * costs_[one.sample]; };
   const auto length = [](float squared) { return std::sqrt(std::max(squared, 0.0f)); };
   const auto ranked = best_.ranked();
-  const float beside = not_residual(ranked[0].sample), of_best = price(ranked[0]);
+  const auto compared = std::span(compared_).first(compared_count_);
+  const auto best = std::ranges::find(compared, ranked[0].sample, &RankedSample::sample) - compared.begin();
+  const float of_best = price(ranked[0]);
+  const float beside = not_residual(ranked[0].sample) + price_per_cost_ * depth_costs_[static_cast<std::size_t>(best)];
   for (std::size_t i = 0; i < ranked.size(); ++i) {
     candidates_[i] = {model_.sample(ranked[i].sample), length(ranked[i].distance - of_best - beside)};
     alone_[i] = length(ranked[i].distance - price(ranked[i]) - beside);

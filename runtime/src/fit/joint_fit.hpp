@@ -92,7 +92,8 @@ class JointFitter {
   ExpectationCosts costs_;
   std::vector<RankedSample> compared_;
   std::vector<SquareSums> squares_;  // per rig, of those in compared_
-  BestSamples best_;                 // distance: mean square, length unit squared, and the price of the cost
+  std::vector<float> depth_costs_;   // of those in compared_
+  BestSamples best_;                 // distance: mean square, length unit squared, and the price of costs
   float price_per_cost_ = 0;
   std::vector<Match> candidates_;
   std::vector<float> alone_;  // per candidate: residual without the cost

@@ -124,7 +124,7 @@ void SurfaceFitter::compare_again() noexcept {
 namespace {
 
 SquareSums scaled(const SquareSums& sums, float squared_step) noexcept {
-  return {squared_step * sums.squares, squared_step * sums.hidden, sums.cells};
+  return {squared_step * sums.squares, squared_step * sums.hidden, sums.cells, squared_step * sums.depths, sums.shown};
 }
 
 }  // namespace

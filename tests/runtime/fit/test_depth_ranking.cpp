@@ -224,6 +224,9 @@ TEST_CASE("hidden parts are the union of all squares of five cells that only the
     HiddenParts parts(camera);
     parts.set_frame(observed);
     CHECK(parts.find(image) == static_cast<std::size_t>(std::ranges::count(expected, true)));
+    std::size_t both = 0;
+    for (std::size_t cell = 0; cell < camera.cells(); ++cell) both += image[cell] != empty_cell && observed[cell] >= 0;
+    CHECK(parts.filled_by_both() == both);
     std::vector<bool> found(camera.cells());
     parts.visit([&](std::size_t cell) { found[cell] = true; });
     CHECK(found == expected);
@@ -251,7 +254,9 @@ TEST_CASE("a sample that continues behind what hides it is better than one that 
   CHECK(ranking.ranked()[0].sample == 0);
   CHECK(ranking.ranked()[0].distance == doctest::Approx((50 * 4 * 4 + 2 * 25 * 25) / 50.0));  // relative to the others
   CHECK(not_seen == doctest::Approx((50 * 4 * 4 + 2 * 25 * 25) / 50.0));  // what the frame shows fits exactly
-  CHECK(ranking.ranked()[1].distance == doctest::Approx((48 * 5 * 5 + 2 * 25 * 25) / 50.0));
+  const double price = ((50 * 4 * 4 + 2 * 25 * 25) / 50.0 + 1) / 8, cost = (0.5 + 5) * std::log(25.01 / 0.01);
+  CHECK(ranking.price_per_cost() == doctest::Approx(price));
+  CHECK(ranking.ranked()[1].distance == doctest::Approx((48 * 5 * 5 + 2 * 25 * 25) / 50.0 + price * cost));
   std::vector<float> residuals(stride, 25);
   CHECK(ranking.price_hidden(observed, std::span(depths).first(stride), residuals) == 10);  // the two columns
   CHECK(std::ranges::count(residuals, 4.0f) == 10);
@@ -263,6 +268,36 @@ TEST_CASE("a sample that continues behind what hides it is better than one that 
   completed.finish(observed);
   for (std::size_t c = 0; c < camera.cells(); ++c)
     CHECK(completed.cells()[c] == (c % 32 < 20 && c != 8 && c != 9 ? 100 : nothing_seen));
+}
+
+// Of frames of the ensemble's own runs of which a third was hidden, one of six was matched with the state before or
+// after its own, whose hidden part is smaller by a few cells.
+TEST_CASE("between samples that fit nearly exactly, the depths that the frame shows decide, not their hidden parts") {
+  DepthCamera camera;
+  camera.columns = 32;
+  camera.rows = 5;
+  const std::size_t stride = padded_cells(camera);
+  std::vector<float> observed(stride, nothing_seen);
+  for (std::size_t row = 0; row < 5; ++row) std::fill_n(&observed[row * 32], 10, 100.0f);
+  Surroundings(camera).limit(observed);
+  struct Plate {
+    std::uint16_t depth;
+    std::uint32_t columns;  // the frame shows 10
+  };
+  const auto best = [&](const Plate& first, const Plate& second) {
+    std::vector<std::uint16_t> depths(2 * stride, empty_cell);
+    for (std::size_t row = 0; row < 5; ++row) {
+      std::fill_n(&depths[row * 32], first.columns, first.depth);
+      std::fill_n(&depths[stride + row * 32], second.columns, second.depth);
+    }
+    DepthRanking ranking(camera, 2, {.cap = 40, .one_sided = 25, .hidden = 5});
+    (void)ranking.rank_hidden(observed, depths, std::vector<RankedSample>{{0, 0}, {1, 0}});
+    return ranking.ranked()[0].sample;
+  };
+  CHECK(best({100, 20}, {101, 15}) == 0);  // hidden: 10 x 5^2 against 5 x 5^2; depths: 0 against 1
+  CHECK(best({100, 20}, {100, 15}) == 1);
+  CHECK(best({104, 20}, {105, 15}) == 1);  // differences of shapes: 16 against 25
+  CHECK(best({102, 20}, {100, 9}) == 0);   // cells that the sample lacks do not count as exact
 }
 
 TEST_CASE("images rendered from the model are those that the bake rendered, on any number of threads") {
