@@ -52,6 +52,12 @@ struct MappingSettings {
   [[nodiscard]] double mean_distance_in(const std::string& unit) const { return distance_in(unit) / 3; }
 };
 
+/// The nodes whose rigid motion is removed from all runs.
+struct BodyFrameNodes {
+  bool are_set = false;
+  std::vector<std::uint32_t> ids;  // at least three, the solver's numbering; empty: all nodes
+};
+
 /// A node by its number in the reference run, or by a place near the observed surface, in the reference mesh.
 struct ChannelPoint {
   bool is_node = true;
@@ -92,6 +98,7 @@ struct EnsembleDescription {
   bool correspondence = true;             // store each sample's corresponding nodes, which VtP matching needs
   std::optional<bool> landmarks;          // store the landmark positions separately; not set: for large models only
   MappingSettings mapping;
+  BodyFrameNodes rigid;
   std::vector<ChannelDescription> channels;
   std::filesystem::path depth_sensor;  // sensor description: pose of the depth images, which method `fit` needs
   std::vector<std::filesystem::path> more_depth_sensors;  // of further rigs around the component

@@ -111,6 +111,20 @@ void read_mapped_parts(TomlTable& mapping, bake::MappingSettings& into) {
   into.by_part = false;
 }
 
+/// rigid = "fit", or [12, 40, 7]
+void read_rigid(TomlTable& table, bake::BodyFrameNodes& nodes) {
+  if (!table.has("rigid")) return;
+  nodes.are_set = true;
+  if (table.is_list("rigid")) {
+    table.read("rigid", nodes.ids);
+    if (nodes.ids.size() < 3) table.fail("rigid", "needs three nodes or more");
+  } else {
+    std::string word;
+    table.read("rigid", word);
+    if (word != "fit") table.fail("rigid", "needs \"fit\", or node ids like [12, 40, 7]");
+  }
+}
+
 void read_mapping(TomlTable& table, bake::MappingSettings& into) {
   const auto mapping = table.table("mapping");
   if (!mapping) return;
@@ -240,6 +254,7 @@ bake::EnsembleDescription read_description(TomlTable table) {
   table.read("correspondence", description.correspondence);
   if (table.has("landmarks")) table.read("landmarks", description.landmarks.emplace());
   for (TomlTable& channel : table.tables("channel")) description.channels.push_back(read_channel(channel));
+  read_rigid(table, description.rigid);
   read_views(table, description);
   if (description.depth_sensor.empty() && !description.region.sensors.empty())
     description.depth_sensor = description.region.sensors.front();

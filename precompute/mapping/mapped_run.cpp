@@ -1,5 +1,6 @@
 #include "precompute/mapping/mapped_run.hpp"
 
+#include "precompute/mapping/body_frame.hpp"
 #include "precompute/survey/survey.hpp"
 #include "precompute/work/archive.hpp"
 
@@ -105,10 +106,13 @@ RunMapper::Mapping RunMapper::mapping_of(const SimulationMesh& run) {
 void map_runs(Ensemble& ensemble, const EnsembleDescription& description, const std::vector<bool>& is_mapped) {
   const auto mapper = std::make_shared<RunMapper>(ensemble.runs[ensemble.reference_run].open, description.mapping,
                                                   description.length_unit);
+  const auto frame = std::make_shared<BodyFrame>(ensemble.runs[ensemble.reference_run].open, description.rigid);
   for (std::size_t i = 0; i < ensemble.runs.size(); ++i) {
-    if (i == ensemble.reference_run || !is_mapped[i]) continue;
     EnsembleRun& run = ensemble.runs[i];
-    run.open = [mapper, open = run.open, name = run.name] { return mapper->mapped(open(), name); };
+    if (i != ensemble.reference_run && is_mapped[i])
+      run.open = [mapper, open = run.open, name = run.name] { return mapper->mapped(open(), name); };
+    if (description.rigid.are_set)
+      run.open = [frame, open = run.open, name = run.name] { return frame->fixed(open(), name); };
   }
 }
 }  // namespace lbea::bake

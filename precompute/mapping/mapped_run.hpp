@@ -33,6 +33,7 @@ class RunMapper {
   std::vector<std::pair<std::uint64_t, Mapping>> latest_;  // by a hash of the run's mesh
 };
 
-/// Lets the runs open through a RunMapper. is_mapped: per run; the others are left alone.
+/// Lets the runs open through a RunMapper and, if the description says so, in the BodyFrame of its nodes.
+/// is_mapped: per run; the others are not mapped.
 void map_runs(Ensemble& ensemble, const EnsembleDescription& description, const std::vector<bool>& is_mapped);
 }  // namespace lbea::bake

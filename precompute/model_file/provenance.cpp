@@ -82,6 +82,8 @@ std::string configuration_json(const BakePlan& plan) {
   const EnsembleDescription& description = plan.description;
   JsonObject json;
   if (description.compact_fields) json.add("compact_fields", "true");
+  if (description.rigid.are_set)
+    json.add("rigid", description.rigid.ids.empty() ? json_string("fit") : numbers(description.rigid.ids));
   return json.add("mode", json_string(description.mode == ReferenceMode::impact ? "impact" : "over-time"))
       .add("modes", std::to_string(description.modes))
       .add("reference_run", json_string(plan.ensemble.runs[plan.ensemble.reference_run].name))

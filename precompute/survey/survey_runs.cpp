@@ -1,5 +1,6 @@
 #include "precompute/survey/survey.hpp"
 
+#include "precompute/mapping/body_frame.hpp"
 #include "precompute/mapping/mapped_run.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/survey/envelope.hpp"
@@ -142,8 +143,9 @@ void collect(const WorkFolder& work, BakePlan& plan, const SimulationReader& ref
 }
 }  // namespace
 
-void survey_some(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
+void survey_some(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& as_given,
                  const std::vector<std::size_t>& runs, const BakeOptions& options) {
+  const EnsembleDescription description = with_rigid_motion(as_given);
   check(ensemble, description);
   work.create();
   const Ensemble mapped = with_one_mesh(ensemble, description);
@@ -151,13 +153,14 @@ void survey_some(const WorkFolder& work, const Ensemble& ensemble, const Ensembl
   (void)read_runs(work, mapped, description, *reference, runs, options);
 }
 
-BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& description,
+BakePlan survey_runs(const WorkFolder& work, const Ensemble& ensemble, const EnsembleDescription& as_given,
                      const BakeOptions& options) {
-  check(ensemble, description);
-  work.create();
   const auto begin = std::chrono::steady_clock::now();
   BakePlan plan;
-  plan.description = description;
+  plan.description = with_rigid_motion(as_given);
+  const EnsembleDescription& description = plan.description;
+  check(ensemble, description);
+  work.create();
   plan.ensemble = with_one_mesh(ensemble, description);
   const auto reference = ensemble.runs[ensemble.reference_run].open();
   std::vector<std::size_t> all(ensemble.runs.size());

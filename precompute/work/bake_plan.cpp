@@ -6,8 +6,9 @@
 namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
-constexpr std::uint32_t work_version = 10;
-constexpr WorkName plan_name{WorkKind::plan, 9};  // the number: to be raised with every change of the content of a plan
+constexpr std::uint32_t work_version = 11;
+constexpr WorkName plan_name{WorkKind::plan,
+                             10};  // the number: to be raised with every change of the content of a plan
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
@@ -19,6 +20,7 @@ static void members(auto& a, MappingReport& m) {
   a(m.run_elements, m.elements, m.mapped_elements, m.mean, m.largest, m.worst_element, m.shift, m.tells_parts, m.key);
 }
 static void members(auto& a, MappingSettings& m) { a(m.enabled, m.distance, m.share, m.by_part, m.parts); }
+static void members(auto& a, BodyFrameNodes& b) { a(b.are_set, b.ids); }
 static void members(auto& a, RunSurvey& s) {
   a(s.steps, s.times_s, s.fields, s.histories, s.files, s.mapping, s.lacks_elements);
 }
@@ -46,7 +48,7 @@ static void members(auto& a, PlannedChannel& c) {
 }
 static void members(auto& a, EnsembleDescription& d) {
   a(d.runs, d.reference_run, d.impact_step, d.steps, d.mode, d.modes, d.region, d.fields, d.parameters, d.length_unit,
-    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.channels,
+    d.time_factor, d.envelope_margin, d.correspondence, d.compact_fields, d.landmarks, d.mapping, d.rigid, d.channels,
     d.depth_sensor, d.more_depth_sensors, d.output);
 }
 static void members(auto& a, EnsembleRun& r) { a(r.name, r.parameters, r.source, r.files); }
@@ -130,7 +132,7 @@ void write_survey(const WorkFolder& work, const PlannedRun& run, const RunHistor
 }
 
 std::uint64_t survey_key(const SimulationMesh& reference, const EnsembleDescription& description) {
-  return key_of(work_version, reference, description.steps, description.mapping,
+  return key_of(work_version, reference, description.steps, description.mapping, description.rigid,
                 description.length_unit);  // remarks name lengths
 }
 
@@ -163,8 +165,8 @@ std::vector<std::int64_t> last_changes(const std::vector<std::filesystem::path>&
 }
 
 void set_keys(BakePlan& plan) {
-  std::uint64_t common =
-      key_of(work_version, plan.survey.mesh, plan.bases, plan.survey.fields, plan.description.correspondence);
+  std::uint64_t common = key_of(work_version, plan.survey.mesh, plan.bases, plan.survey.fields,
+                                plan.description.correspondence, plan.description.rigid);
   if (!plan.channels.empty()) common = key_of(common, plan.channels, plan.description.time_factor);
   const std::uint64_t place = key_of(plan.survey.min, plan.survey.max, plan.description.margin(), plan.camera);
   for (std::size_t run = 0; run < plan.runs.size(); ++run) {

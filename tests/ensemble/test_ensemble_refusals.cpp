@@ -56,6 +56,8 @@ TEST_CASE("values of another type are refused with key and line") {
   check_refused("region = {box = {min = [0, 0], max = [1, 1, 1]}}", {"region.box.min", "three"});
   check_refused("region = {box = {min = [0, 0, 0]}}", {"min and max"});
   check_refused("region = {box = {max = [0, 0, 0]}}", {"min and max"});
+  check_refused("rigid = [12, 40]", {"rigid", "three nodes"});
+  check_refused("rigid = \"nodes\"", {"rigid", "\"fit\""});
   check_refused("mapping = {parts = {a = 1}}", {"mapping.parts", "{101 = 1, 102 = 2}"});
   check_refused("mapping = {parts = {-1 = 1}}", {"mapping.parts"});
   check_refused("mapping = {parts = {1 = 4294967296}}", {"mapping.parts"});

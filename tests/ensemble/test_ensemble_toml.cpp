@@ -243,6 +243,15 @@ TEST_CASE("how runs with other meshes are mapped") {
   CHECK_FALSE(read("mapping.parts = \"ignore\"").by_part);
 }
 
+TEST_CASE("the nodes whose rigid motion is removed") {
+  const EnsembleFile ensemble;
+  const auto read = [&](const std::string& keys) { return ensemble.read("runs = [\"runs/*\"]\n" + keys).rigid; };
+  CHECK_FALSE(read("").are_set);
+  CHECK(read("rigid = \"fit\"").are_set);
+  CHECK(read("rigid = \"fit\"").ids.empty());
+  CHECK(read("rigid = [12, 40, 7]").ids == std::vector<std::uint32_t>{12, 40, 7});
+}
+
 TEST_CASE("the demo ensemble in the repository") {
   const auto folder = data() / "rail-demo";
   const EnsembleDescription demo = read_ensemble_toml(folder / "ensemble.toml");

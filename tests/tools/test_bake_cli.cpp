@@ -30,13 +30,14 @@ void check_refused(const std::string& arguments, int exit_code, const std::strin
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-/// A square plate of 6 x 6 nodes, pressed in by `depth`, as an OBJ file.
-std::string plate(double depth) {
+/// A square plate of 6 x 6 nodes, pressed in by `depth` and moved along x, as an OBJ file.
+std::string plate(double depth, double moved = 0) {
   std::string text;
   for (int y = 0; y < 6; ++y)
     for (int x = 0; x < 6; ++x) {
       const double dent = x * (5 - x) * y * (5 - y) / 36.0;
-      text += "v " + std::to_string(10 * x) + " " + std::to_string(10 * y) + " " + std::to_string(-depth * dent) + "\n";
+      text += "v " + std::to_string(10 * x + moved) + " " + std::to_string(10 * y) + " " +
+              std::to_string(-depth * dent) + "\n";
     }
   for (int cell = 0; cell < 25; ++cell) {
     const int corner = 1 + cell % 5 + 6 * (cell / 5);
@@ -69,6 +70,41 @@ std::string block(int eroded) {
 }
 
 }  // namespace
+
+TEST_CASE("runs whose rigid motion is removed: in one process, in shards, and from an earlier model") {
+  const TemporaryFolder folder;
+  for (const int run : {1, 2, 3})
+    for (const int state : {1, 2, 3})
+      put(folder / std::to_string(run) / ("B" + std::to_string(state) + ".obj"),
+          plate(0.1 * run * (state - 1), 20.0 * run * (state - 1)));
+  const std::string common = "time_unit = 'ms'\nfields = []\nmodes = 10\nrigid = 'fit'\n";
+  put(folder / "two.toml", "runs = ['1', '2']\n" + common);
+  put(folder / "three.toml", "runs = ['1', '2', '3']\n" + common);
+  put(folder / "raw.toml", "runs = ['1', '2', '3']\ntime_unit = 'ms'\nfields = []\nmodes = 10\n");
+  const Outcome baked = lbea_bake(folder, "three.toml -o three.lbea --json");
+  REQUIRE_MESSAGE(baked.exit_code == 0, baked.err);
+  const auto channels = nlohmann::json::parse(baked.out)["channels"];
+  REQUIRE(channels.size() == 4);
+  CHECK(channels[0]["name"] == "rigid_x");
+  const Model model = Model::open(folder / "three.lbea");
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    for (std::size_t i = 0; i < model.node_positions(s).size(); i += 3)
+      CHECK(std::abs(model.node_positions(s)[i] - model.node_positions(0)[i]) < 0.01f);  // travelled up to 120
+
+  CHECK(lbea_bake(folder, "plan three.toml --work work -o shards.lbea").exit_code == 0);
+  CHECK(lbea_bake(folder, "shard --work work --index 1 --of 2").exit_code == 0);
+  CHECK(lbea_bake(folder, "shard --work work --index 0 --of 2").exit_code == 0);
+  CHECK(lbea_bake(folder, "merge --work work").exit_code == 0);
+  CHECK(text_of(folder / "shards.lbea") == text_of(folder / "three.lbea"));
+
+  CHECK(lbea_bake(folder, "two.toml -o two.lbea").exit_code == 0);
+  CHECK(lbea_bake(folder, "three.toml --from two.lbea -o from.lbea").exit_code == 0);
+  CHECK(text_of(folder / "from.lbea") == text_of(folder / "three.lbea"));
+  const Outcome mixed = lbea_bake(folder, "raw.toml --from two.lbea -o mixed.lbea");
+  CHECK(mixed.exit_code == 1);
+  CHECK_MESSAGE(contains(mixed.err, "was baked with `rigid`"), mixed.err);
+  CHECK_FALSE(std::filesystem::exists(folder / "mixed.lbea"));
+}
 
 TEST_CASE("the faces of a solid that erodes were left out without a word, and none of those behind it was added") {
   const TemporaryFolder folder;

@@ -311,6 +311,31 @@ TEST_CASE("the first frame of a test is not taken for one near the end because s
   CHECK(std::stod(hidden->at("estimate")) < 10);
 }
 
+TEST_CASE("experiments of an ensemble without rigid motion have none either; other components keep their nodes") {
+  const TemporaryFolder folder;
+  put(folder / "r.toml", "runs = ['" + demo + "/runs/*']\nrigid = [2436, 2415, 2327]\nmodes = 10\nviews = '" + demo +
+                             "/sensor.json'\nfields = []\n");
+  const Outcome outcome =
+      run_program(std::string(LBEA_EVAL) + " ensemble r.toml --sensor " + demo +
+                      "/sensor.json --out e --experiments run_097 --first-step 10 --every 20 --no-icp",
+                  folder.path());
+  REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+  std::size_t own = 0;
+  for (const CsvRow& row : read_csv(folder / "e/frames.csv")) {
+    if (row.at("experiments") != "contained") continue;
+    CHECK(std::stod(row.at("oracle")) < 1e-3);
+    ++own;
+  }
+  CHECK(own > 0);
+
+  REQUIRE(run_program(std::string(LBEA_BAKE) + " r.toml -o r.lbea", folder.path()).exit_code == 0);
+  const Outcome live = run_program(
+      std::string(LBEA_EVAL) + " live r.lbea --results ipc://none --truth t.csv --run " + demo + "/runs/run_097",
+      folder.path());
+  CHECK(live.exit_code == 1);
+  CHECK_MESSAGE(live.err.find("was baked with `rigid`") != std::string::npos, live.err);
+}
+
 // The second rig, which no simulation explained well enough, did not count beside a tenth of the first one.
 TEST_CASE("a second rig sees what is hidden from the first one") {
   const TemporaryFolder folder;

@@ -137,6 +137,8 @@ void check_fits(const Model& model, const nlohmann::json& provenance, const bake
   if (model.length_unit() != description.length_unit ||
       provenance.at("configuration").at("time_factor").get<double>() != description.time_factor)
     throw Error(Status::bad_config, file + " was baked with another unit of length or time; bake without it");
+  if (provenance.at("configuration").contains("rigid") && !description.rigid.are_set)
+    throw Error(Status::bad_config, file + " was baked with `rigid`; set it here, too, or bake without --from");
   if (has_rounded_fields(model) && !description.compact_fields)
     throw Error(
         Status::bad_config,
@@ -158,7 +160,7 @@ void take_from_model(bake::Ensemble& ensemble, const bake::EnsembleDescription& 
   const bake::SimulationMesh reference = ensemble.runs[ensemble.reference_run].open()->mesh();
   check_mesh(reference, ensemble.runs[ensemble.reference_run].name);
   if (!has_numbers_of(mesh_of(model), reference)) return;
-  if (!description.channels.empty()) return;  // channels need states that a model lacks
+  if (!description.channels.empty() || description.rigid.are_set) return;  // need states that a model lacks
   for (std::size_t i = 0; i < ensemble.runs.size(); ++i) {
     bake::EnsembleRun& run = ensemble.runs[i];
     const auto simulation = simulation_called(model, run.name);

@@ -53,10 +53,13 @@ class Evaluator {
       callbacks_.progress(title + std::string(stage.stage), stage.done, stage.total);
     };
     const auto file = plan_.scratch / ("split_" + std::to_string(baked_++) + ".lbea");
-    result_.bakes.push_back(bake::bake_model(subset(plan_.ensemble, runs), description, file, options));
-    Model model = Model::open(file);
+    const bake::Ensemble ensemble = subset(plan_.ensemble, runs);
+    result_.bakes.push_back(bake::bake_model(ensemble, description, file, options));
+    TestSetup setup{Model::open(file), result_.bakes.back().channels};
     std::filesystem::remove(file);  // the mapping remains valid
-    return {std::move(model), result_.bakes.back().channels};
+    if (description.rigid.are_set)
+      setup.frame = std::make_shared<bake::BodyFrame>(ensemble.runs[ensemble.reference_run].open, description.rigid);
+    return setup;
   }
 
   void learn_branches() {
@@ -73,8 +76,10 @@ class Evaluator {
     std::vector<Experiment> tested = experiments(split.experiments);
     tested.insert(tested.end(), plan_.more_experiments.begin(), plan_.more_experiments.end());
     test_disturbed("unseen", setup, mode, tested);
-    if (mode == plan_.modes.front() && plan_.other_components && &split == &plan_.splits.front())
-      test(round("other component", mode), setup, other_components(setup.model));
+    if (mode != plan_.modes.front() || !plan_.other_components || &split != &plan_.splits.front()) return;
+    TestSetup as_built = setup;
+    as_built.frame.reset();
+    test(round("other component", mode), as_built, other_components(setup.model));
   }
 
   void test_contained(ReferenceMode mode) {
@@ -148,7 +153,7 @@ class Evaluator {
           callbacks_.progress(title, ++frames, total);
           return stopped();
         });
-        tests[i].branch = branch_of(experiments[i]);
+        tests[i].branch = branch_of(setup, experiments[i]);
         if (tests[i].forecast) tests[i].forecast->parameters = parameters_of(experiments[i]);
         tests[i].fold = round.title == "unseen" ? fold_ : 0;
       }
@@ -184,11 +189,11 @@ class Evaluator {
   }
   // The branch of a run of the ensemble is known. Another run gets the branch of the simulation that has the sample
   // nearest to the last state of the run.
-  [[nodiscard]] std::uint32_t branch_of(const Experiment& experiment) const {
+  [[nodiscard]] std::uint32_t branch_of(const TestSetup& setup, const Experiment& experiment) const {
     const auto found = std::ranges::find(plan_.ensemble.runs, experiment.name, &bake::EnsembleRun::name);
     if (found != plan_.ensemble.runs.end())
       return full_->model.branch_of(static_cast<std::uint32_t>(found - plan_.ensemble.runs.begin()));
-    const auto reader = experiment.open();
+    const auto reader = setup.opened(experiment);
     if (reader->states() == 0) return 0;
     bake::SimulationState state;
     reader->read(reader->states() - 1, state);

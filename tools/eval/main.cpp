@@ -19,6 +19,8 @@
 #include <lbea/inference.hpp>
 #include <lbea/tracker.hpp>
 
+#include <nlohmann/json.hpp>
+
 #include <chrono>
 #include <cstdio>
 #include <set>
@@ -73,10 +75,19 @@ void write_cloud(const std::filesystem::path& file, const std::filesystem::path&
   io::write_ply(file, points.points, comments);
 }
 
+bool lacks_rigid_motion(const Model& model) {
+  const auto provenance = nlohmann::json::parse(model.provenance(), nullptr, false);
+  return provenance.is_object() && provenance.contains("/configuration/rigid"_json_pointer);
+}
+
 /// Receives the results of a running test and compares them with the truth.
 class LiveTest {
  public:
   explicit LiveTest(const LiveArguments& arguments) : arguments_(arguments), model_(Model::open(arguments.model)) {
+    if (!arguments.truth_table.empty() && lacks_rigid_motion(model_))
+      throw Error(Status::bad_config, arguments.model.string() +
+                                          " was baked with `rigid`; --run would be compared "
+                                          "with its rigid motion; use lbea-eval ensemble");
     if (!arguments.truth_table.empty())
       truth_.emplace(arguments.truth_table, open_named_run(arguments.run, arguments.single_file), model_);
     if (!arguments.pose.empty()) pose_ = io::read_pose(arguments.pose, model_.length_unit());

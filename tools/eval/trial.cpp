@@ -55,7 +55,7 @@ class Test {
         name_(experiment.name),
         model_(setup.model),
         settings_(settings),
-        reader_(experiment.open()),
+        reader_(setup.opened(experiment)),
         mesh_(reader_->mesh(), model_, settings.mapping),
         own_simulation_(simulation_named(model_, experiment.name)),
         observed_(model_.nodes(), 0),

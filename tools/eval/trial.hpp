@@ -2,7 +2,7 @@
 #pragma once
 
 #include "adapters/rig/sensor_json.hpp"
-#include "precompute/simulation.hpp"
+#include "precompute/mapping/body_frame.hpp"
 #include "tools/eval/channels/channel_score.hpp"
 #include "tools/eval/experiments.hpp"
 #include "tools/eval/forecast/forecast_score.hpp"
@@ -117,6 +117,12 @@ struct TestSetup {
   std::vector<bake::ChannelReport> channels{};  // of the model
   std::shared_ptr<IcpBaseline> icp{};           // null: not measured
   std::vector<SensorViews> more_views{};        // of TrialSettings::more_rigs
+  std::shared_ptr<bake::BodyFrame> frame{};     // of the model's runs; null: as the solver wrote them
+
+  /// In this frame.
+  [[nodiscard]] std::unique_ptr<bake::SimulationReader> opened(const Experiment& experiment) const {
+    return frame ? frame->fixed(experiment.open(), experiment.name) : experiment.open();
+  }
 };
 
 /// Called after every frame; true ends the test.
