@@ -7,8 +7,8 @@ namespace lbea::bake {
 namespace {
 // To be raised with every change of the content of records, grids and images, or of how it is computed.
 constexpr std::uint32_t work_version = 11;
-constexpr WorkName plan_name{WorkKind::plan,
-                             10};  // the number: to be raised with every change of the content of a plan
+// The number: to be raised with every change of the content of a plan.
+constexpr WorkName plan_name{WorkKind::plan, 10};
 }  // namespace
 
 // Not in the unnamed namespace: the archive finds them by argument-dependent lookup.
