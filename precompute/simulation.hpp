@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -140,6 +141,30 @@ class SimulationReader {
   [[nodiscard]] virtual std::string remark() const { return {}; }
   /// Set when mesh and states are not the run's own but mapped onto the reference run's.
   [[nodiscard]] virtual std::optional<MappingReport> mapping() const { return {}; }
+};
+
+/// Presents another run. What derived classes do not override is that of the other run.
+class DerivedRun : public SimulationReader {
+ public:
+  explicit DerivedRun(std::unique_ptr<SimulationReader> run) : run_(std::move(run)) {}
+
+  [[nodiscard]] const SimulationMesh& mesh() const noexcept override { return run_->mesh(); }
+  [[nodiscard]] const std::vector<SimulationField>& fields() const noexcept override { return run_->fields(); }
+  [[nodiscard]] std::uint32_t states() const noexcept override { return run_->states(); }
+  [[nodiscard]] double time_s(std::uint32_t state) const override { return run_->time_s(state); }
+  void read(std::uint32_t state, SimulationState& into) override { run_->read(state, into); }
+  [[nodiscard]] std::vector<SimulationHistory> histories() override { return run_->histories(); }
+  [[nodiscard]] double history(std::uint32_t state, std::uint32_t place) override {
+    return run_->history(state, place);
+  }
+  [[nodiscard]] HistorySeries history_series(std::uint32_t place) override { return run_->history_series(place); }
+  [[nodiscard]] std::vector<std::filesystem::path> files() const override { return run_->files(); }
+  [[nodiscard]] std::vector<std::filesystem::path> named_files() const override { return run_->named_files(); }
+  [[nodiscard]] std::string remark() const override { return run_->remark(); }
+  [[nodiscard]] std::optional<MappingReport> mapping() const override { return run_->mapping(); }
+
+ protected:
+  std::unique_ptr<SimulationReader> run_;
 };
 
 /// All files that a run is read from: hashed into the model's provenance, and watched for changes.

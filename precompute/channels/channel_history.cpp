@@ -1,5 +1,6 @@
 #include "precompute/channels/channel_history.hpp"
 
+#include "precompute/mapping/body_frame.hpp"
 #include "precompute/work/bake_plan.hpp"
 #include "runtime/src/model/model_format.hpp"
 
@@ -128,7 +129,7 @@ std::vector<float> history_values(const PlannedChannel& channel, SimulationReade
 
 std::optional<std::string> zero_history(const BakePlan& plan, std::size_t channel, std::span<const float> values) {
   const PlannedChannel& planned = plan.channels[channel];
-  if (plan.description.rigid.are_set && planned.history.name.starts_with("rigid_")) return std::nullopt;
+  if (plan.description.rigid.are_set && is_rigid_motion(planned.history.name)) return std::nullopt;
   for (std::size_t run = 0; run < plan.survey.runs.size(); ++run) {
     const std::size_t steps = plan.survey.runs[run].steps.size();
     if (std::ranges::all_of(values.first(steps), [](float value) { return value == 0; }))

@@ -90,11 +90,11 @@ struct BodyFrameShape {
 
 namespace {
 
-class BodyFixedRun final : public SimulationReader {
+class BodyFixedRun final : public DerivedRun {
  public:
   BodyFixedRun(std::unique_ptr<SimulationReader> run, std::shared_ptr<const BodyFrameShape> reference, bool may_lack,
                std::string name)
-      : run_(std::move(run)), reference_(std::move(reference)), may_lack_(may_lack), name_(std::move(name)) {
+      : DerivedRun(std::move(run)), reference_(std::move(reference)), may_lack_(may_lack), name_(std::move(name)) {
     std::map<std::uint32_t, std::size_t> nodes;
     for (std::size_t n = 0; n < mesh().nodes(); ++n) nodes.emplace(mesh().node_ids[n], n);
     for (const auto& node : reference_->nodes) {
@@ -105,15 +105,6 @@ class BodyFixedRun final : public SimulationReader {
     }
     for (const SimulationHistory& history : run_->histories()) of_run_ += static_cast<std::uint32_t>(history.size());
   }
-
-  const SimulationMesh& mesh() const noexcept override { return run_->mesh(); }
-  const std::vector<SimulationField>& fields() const noexcept override { return run_->fields(); }
-  std::uint32_t states() const noexcept override { return run_->states(); }
-  double time_s(std::uint32_t state) const override { return run_->time_s(state); }
-  std::vector<std::filesystem::path> files() const override { return run_->files(); }
-  std::vector<std::filesystem::path> named_files() const override { return run_->named_files(); }
-  std::string remark() const override { return run_->remark(); }
-  std::optional<MappingReport> mapping() const override { return run_->mapping(); }
 
   std::vector<SimulationHistory> histories() override {
     std::vector<SimulationHistory> all = run_->histories();
@@ -182,7 +173,6 @@ class BodyFixedRun final : public SimulationReader {
                                        "; name another node");
   }
 
-  std::unique_ptr<SimulationReader> run_;
   std::shared_ptr<const BodyFrameShape> reference_;
   bool may_lack_;  // nodes: they were not named
   std::string name_;
@@ -205,6 +195,10 @@ std::shared_ptr<const BodyFrameShape> BodyFrame::reference() {
   const std::lock_guard lock(mutex_);
   if (!reference_) reference_ = std::make_shared<const BodyFrameShape>(open_reference_()->mesh(), nodes_);
   return reference_;
+}
+
+bool is_rigid_motion(std::string_view history) {
+  return std::ranges::find(history_names, history) != history_names.end();
 }
 
 EnsembleDescription with_rigid_motion(EnsembleDescription description) {

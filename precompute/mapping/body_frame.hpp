@@ -22,9 +22,9 @@ class BodyFrame {
   /// has four more histories, the motion that was removed: `rigid_x`, `rigid_y`, `rigid_z`, the displacement of the
   /// nodes' center, in the run's length unit, and `rigid_turn`, the angle, degrees.
   /// Throws Error{bad_config} when a node does not exist, is named twice or has no undeformed position, or the nodes
-  /// lie on a line; Error{bad_input} naming `run` when it does not have the reference run's numbers
-  /// (has_numbers_of()). Reading throws Error{bad_input} naming run and state when a named node, or every node, is
-  /// free, see free_nodes(), or they lie on a line.
+  /// lie on a line; Error{bad_input} naming `run` when it does not have the reference run's numbers, see
+  /// has_numbers_of(). Reading throws Error{bad_input} naming run and state when a named node or every node is free,
+  /// see free_nodes(), or the nodes lie on a line.
   [[nodiscard]] std::unique_ptr<SimulationReader> fixed(std::unique_ptr<SimulationReader> reader,
                                                         const std::string& run);
 
@@ -36,6 +36,9 @@ class BodyFrame {
   std::mutex mutex_;  // of the next one
   std::shared_ptr<const BodyFrameShape> reference_;
 };
+
+/// Whether a history of this name is one of the four.
+[[nodiscard]] bool is_rigid_motion(std::string_view history);
 
 /// With channels of the motion that is removed, if there is one.
 [[nodiscard]] EnsembleDescription with_rigid_motion(EnsembleDescription description);

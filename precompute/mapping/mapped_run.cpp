@@ -10,21 +10,12 @@ namespace lbea::bake {
 namespace {
 constexpr std::size_t most_kept = 8;  // mappings: of the runs that are being read, and of one mesh for many runs
 
-class MappedRun final : public SimulationReader {
+class MappedRun final : public DerivedRun {
  public:
   MappedRun(std::unique_ptr<SimulationReader> run, std::shared_ptr<const SurfaceMapping> mapping, std::string name)
-      : run_(std::move(run)), mapping_(std::move(mapping)), name_(std::move(name)) {}
+      : DerivedRun(std::move(run)), mapping_(std::move(mapping)), name_(std::move(name)) {}
 
   const SimulationMesh& mesh() const noexcept override { return mapping_->mesh; }
-  const std::vector<SimulationField>& fields() const noexcept override { return run_->fields(); }
-  std::vector<SimulationHistory> histories() override { return run_->histories(); }
-  double history(std::uint32_t state, std::uint32_t place) override { return run_->history(state, place); }
-  HistorySeries history_series(std::uint32_t place) override { return run_->history_series(place); }
-  std::uint32_t states() const noexcept override { return run_->states(); }
-  double time_s(std::uint32_t state) const override { return run_->time_s(state); }
-  std::vector<std::filesystem::path> files() const override { return run_->files(); }
-  std::vector<std::filesystem::path> named_files() const override { return run_->named_files(); }
-  std::string remark() const override { return run_->remark(); }
   std::optional<MappingReport> mapping() const override { return mapping_->report; }
 
   void read(std::uint32_t state, SimulationState& into) override {
@@ -58,7 +49,6 @@ class MappedRun final : public SimulationReader {
     }
   }
 
-  std::unique_ptr<SimulationReader> run_;
   std::shared_ptr<const SurfaceMapping> mapping_;
   std::string name_;
   SimulationState state_;

@@ -81,6 +81,12 @@ TEST_CASE("an undeformed plate stays where it is, and its motion is known") {
   }
 }
 
+// A solver's wall force of 0 was not reported.
+TEST_CASE("of the histories that begin like the motion's, only these are the motion's") {
+  CHECK(is_rigid_motion("rigid_turn"));
+  CHECK_FALSE(is_rigid_motion("rigid_wall_force"));
+}
+
 TEST_CASE("the plate lies nearest to its undeformed shape of all poses") {
   const SimulationMesh mesh = plate_mesh(coarse);
   const std::vector<float> positions = positions_of(*fixed(plate(mesh, 1, true), mesh.node_ids), 3);
