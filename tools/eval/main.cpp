@@ -84,12 +84,7 @@ bool lacks_rigid_motion(const Model& model) {
 class LiveTest {
  public:
   explicit LiveTest(const LiveArguments& arguments) : arguments_(arguments), model_(Model::open(arguments.model)) {
-    if (!arguments.truth_table.empty() && lacks_rigid_motion(model_))
-      throw Error(Status::bad_config, arguments.model.string() +
-                                          " was baked with `rigid`; --run would be compared "
-                                          "with its rigid motion; use lbea-eval ensemble");
-    if (!arguments.truth_table.empty())
-      truth_.emplace(arguments.truth_table, open_named_run(arguments.run, arguments.single_file), model_);
+    if (!arguments.truth_table.empty()) open_truth();
     if (!arguments.pose.empty()) pose_ = io::read_pose(arguments.pose, model_.length_unit());
     if (!arguments.out.empty()) prepare_folder(arguments.out);
   }
@@ -118,6 +113,13 @@ class LiveTest {
   }
 
  private:
+  void open_truth() {
+    if (lacks_rigid_motion(model_))
+      throw Error(Status::bad_config, arguments_.model.string() +
+                                          " was baked with `rigid`, but the run's states include its rigid motion; "
+                                          "evaluate with lbea-eval ensemble");
+    truth_.emplace(arguments_.truth_table, open_named_run(arguments_.run, arguments_.single_file), model_);
+  }
   /// Until the end of the evaluated sender's stream, a timeout, or a stop signal.
   void receive() {
     const wire::ClientAccess access = arguments_.access.load();

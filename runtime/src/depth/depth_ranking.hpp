@@ -76,8 +76,8 @@ class HiddenCells {
 struct SquareSums {
   float squares = 0, hidden = 0;  // squared depth steps: of what the frame shows; price of what something may hide
   float cells = 1;                // that the mean is over
-  // Only where something hides a part, of the cells that the frame shows: squares of depths; one that the sample does
-  // not fill counts as a hidden one
+  // Of the cells that the frame shows, if something hides a part of it: squares of the depths; a cell that the sample
+  // does not fill counts as a hidden one
   float depths = 0, shown = 1;
 
   SquareSums& operator+=(const SquareSums& other) noexcept {
