@@ -12,6 +12,8 @@ using namespace lbea::test;
 
 namespace {
 
+constexpr std::int64_t step_ns = millisecond / 2;  // between the states of the simulations
+
 /// Sums over the frames of which something hides a part, in radians, by the frames alone and with the history.
 struct AngleErrors {
   double alone = 0, with_history = 0;
@@ -28,7 +30,7 @@ AngleErrors angle_errors(std::uint32_t steps, float sigma, float end, const IsHi
   for (std::uint32_t step = 0; step < steps; ++step) {
     std::vector<Point> points = seen(bent(0.75 * step / 15), {.sigma = sigma}, step + 1);
     if (is_hidden(step)) std::erase_if(points, [end](const Point& p) { return p.x > end; });
-    const Frame frame{step, step * millisecond, points};
+    const Frame frame{step, step * step_ns, points};
     const MatchResult lone = alone.match(frame), informed = matcher.match(frame, history);
     if (!is_hidden(step)) continue;
     const auto off = [&](const MatchResult& result) {
@@ -66,7 +68,7 @@ TEST_CASE("a history for depth images of another size is not used") {
   for (std::uint32_t step = 1; step < 8; ++step) {
     std::vector<Point> points = seen(bent(0.1 * step), {}, step);
     std::erase_if(points, [](const Point& p) { return p.x > 0; });
-    const Frame frame{step, step * millisecond, points};
+    const Frame frame{step, step * step_ns, points};
     const float alone = matcher.match(frame).fit.residual;
     const MatchResult result = matcher.match(frame, history);
     CHECK(result.fit.residual == alone);
@@ -82,7 +84,7 @@ TEST_CASE("a history of another model is not used") {
   TestHistory history(more);
   for (std::uint32_t step = 0; step < 10; ++step) {
     const std::vector<Point> points = seen(bent(0.75 * step / 15), {.sigma = 0.5f}, step + 1);
-    const Frame frame{step, step * millisecond, points};
+    const Frame frame{step, step * step_ns, points};
     const bool knows_time = std::isfinite(of_more.match(frame, history).fit.test_time);
     if (step > 4) REQUIRE(knows_time);
     CHECK(std::isnan(matcher.match(frame, history).fit.test_time));
@@ -101,7 +103,7 @@ TEST_CASE("a few points at the beginning of a test do not tell what it begins wi
   const auto frame_at = [](std::uint32_t step, float end, std::vector<Point>& points) {
     points = seen(bent(0.75 * step / 15), {.sigma = 0.5f}, step + 1);
     std::erase_if(points, [end](const Point& p) { return p.x > end; });
-    return Frame{step, step * millisecond, points};
+    return Frame{step, step * step_ns, points};
   };
   std::vector<Point> points;
   for (std::uint32_t step = 4; step < 7; ++step) {
@@ -118,7 +120,9 @@ TEST_CASE("a few points at the beginning of a test do not tell what it begins wi
 // Next to the edge about which the plates bend, all angles look alike up to the noise.
 TEST_CASE("what a frame hides is known from an earlier one") {
   const auto one_of_four = [](std::uint32_t step) { return step % 4 == 3; };
-  CHECK(angle_errors(16, 0.5f, -65, one_of_four).alone < 4 * least_step);
+  const AngleErrors errors = angle_errors(16, 0.5f, -65, one_of_four);
+  CHECK(errors.alone < 4 * least_step);
+  CHECK(errors.with_history < 4 * most_step);
   const AngleErrors by_noise = angle_errors(16, 2, -80, one_of_four);
   CHECK(by_noise.with_history < by_noise.alone / 2);
   CHECK(by_noise.with_history < 4 * most_step);
