@@ -125,6 +125,7 @@ void HiddenCells::exclude_from(std::span<float> frame) const noexcept {
     }
 }
 
+[[gnu::cold]]  // compiled for size
 void set_depth_costs(std::span<float> mean_squares, float noise) noexcept {
   constexpr float half_n_of_shapes = 0.5f, half_n_of_noise = 5;
   constexpr float share_of_noise = 0.01f;  // the noise of the metric includes that of the outline
@@ -137,6 +138,7 @@ void set_depth_costs(std::span<float> mean_squares, float noise) noexcept {
 DepthRanking::DepthRanking(const DepthCamera& camera, std::uint32_t capacity, const DepthMetric& metric,
                            std::uint32_t most_proposed, float sharpness)
     : code_(kernels()),
+      camera_(camera),
       prices_(prices_of(metric, camera)),
       hidden_price_(metric.hidden / camera.depth_step),
       noise_(square(metric.mesh_noise / camera.depth_step)),
@@ -192,6 +194,11 @@ float DepthRanking::rank_hidden(std::span<const float> observed, std::span<const
   choose(best_, costs, depth_costs);
   find_common(depths, ranked(), common_);
   return ranked()[0].distance - compare_shown(depths.subspan(ranked()[0].sample * stride, stride)).mean();
+}
+
+[[gnu::cold]] void DepthRanking::use(const DepthMetric& metric) noexcept {
+  prices_ = prices_of(metric, camera_);
+  hidden_price_ = metric.hidden / camera_.depth_step;
 }
 
 void DepthRanking::set_frame(std::span<const float> observed, bool is_hidden, bool knows_parts) noexcept {

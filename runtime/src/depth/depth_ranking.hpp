@@ -123,6 +123,8 @@ class DepthRanking {
   float rank_hidden(std::span<const float> observed, std::span<const std::uint16_t> depths,
                     std::span<const RankedSample> proposed, const ExpectationCosts* costs = nullptr,
                     bool knows_parts = false) noexcept;
+  /// The costs of compare() and hidden parts from now on. rank() needs those of the constructor. Does not allocate.
+  void use(const DepthMetric& metric) noexcept;
   /// Prepares compare() of single samples with a frame: as rank(), or where something hides a part as rank_hidden().
   void set_frame(std::span<const float> observed, bool is_hidden, bool knows_parts) noexcept;
   [[nodiscard]] SquareSums compare(std::span<const std::uint16_t> image) noexcept;
@@ -158,6 +160,7 @@ class DepthRanking {
   void choose(BestSamples& best, const ExpectationCosts* costs, std::span<const float> depth_costs = {}) noexcept;
 
   const Kernels& code_;
+  DepthCamera camera_;
   CellPrices prices_;  // in depth steps
   float hidden_price_;
   float noise_, sharpness_;             // squared depth steps; of the Plausibility

@@ -15,6 +15,15 @@ std::uint32_t most_candidates(const FitSettings& settings, std::size_t runs, std
   return std::min(std::max(static_cast<std::uint32_t>(most), settings.candidates), samples);
 }
 
+/// Each rig's bake chooses its own costs. If each kept them, the rig with the larger ones would outweigh the others:
+/// all are compared by the smallest ones.
+const DepthMetric& common_metric(std::span<const RigEvidence> rigs) noexcept {
+  const auto costs = [](const RigEvidence& rig) {
+    return std::pair{rig.fitter->images().metric.cap, rig.fitter->images().metric.hidden};
+  };
+  return std::ranges::min_element(rigs, {}, costs)->fitter->images().metric;
+}
+
 }  // namespace
 
 [[gnu::cold]]  // compiled for size
@@ -111,9 +120,10 @@ void JointFitter::propose() noexcept {
 /// By the mean square over the cells of all images, and costs.
 void JointFitter::rank(const FrameExpectation* expected) noexcept {
   const auto proposed = std::span(proposed_).first(compared_count_);
+  const DepthMetric& metric = common_metric(rigs_);
   side_by_side(rigs_.size(), [&](std::size_t rig) {
     const auto& [fitter, index, later_s] = rigs_[rig];
-    fitter->compare_again();
+    fitter->compare_again(metric);
     for (std::size_t i = 0; i < proposed.size(); ++i)
       squares_[rig * compared_.size() + i] =
           squares_of(*fitter, simulations_.nearest_later(proposed[i].sample, later_s));

@@ -26,6 +26,7 @@ SurfaceFitter::SurfaceFitter(const ModelView& model, SensorViews views, std::uin
 SurfaceFit SurfaceFitter::fit(const CloudIndex& index, std::span<const RankedSample> proposed,
                               const FramePrior& prior) noexcept {
   watch_.lap_ns();
+  search_.ranking().use(images().metric);
   search_.build_image(index);
   times_.depth_image = watch_.lap_ns();
   search_.search(proposed, prior);
@@ -117,7 +118,8 @@ std::span<const float> SurfaceFitter::predict_hidden(std::span<const float> pred
   return predicted;
 }
 
-void SurfaceFitter::compare_again() noexcept {
+void SurfaceFitter::compare_again(const DepthMetric& metric) noexcept {
+  search_.ranking().use(metric);
   search_.ranking().set_frame(search_.image().observed, is_hidden(), search_.image().knows_hidden);
 }
 
@@ -185,8 +187,8 @@ float SurfaceFitter::judged_square(std::uint32_t sample) noexcept {
   std::ranges::transform(search_.image().observed, shown_.begin(),
                          [&](float depth) { return is_hidden() && depth == nothing_seen ? not_observed : depth; });
   const auto compare = [&](std::uint32_t with, std::span<float> residuals) {
-    return tolerant_residuals(code_, images.camera, search_.ranking().prices(), shown_, images.of_sample(with),
-                              residuals);
+    return tolerant_residuals(code_, images.camera, prices_of(images.metric, images.camera), shown_,
+                              images.of_sample(with), residuals);
   };
   const float square = compare(sample, judged_residual_);
   float least = 1;

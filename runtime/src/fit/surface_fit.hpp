@@ -85,8 +85,8 @@ class SurfaceFitter {
     return is_hidden() ? images().hidden_error_per_spread : images().error_per_spread;
   }
 
-  // The last frame, compared with other candidates: see JointFitter.
-  void compare_again() noexcept;
+  // The last frame, compared with other candidates by another metric: see JointFitter.
+  void compare_again(const DepthMetric& metric) noexcept;
   /// After compare_again(): of a sample, squared length units.
   [[nodiscard]] SquareSums squares_of(std::uint32_t sample) noexcept;
   /// The same without what something may hide. Ends the comparison.

@@ -107,6 +107,39 @@ TEST_CASE("a rig's prediction counts by the bound of its own estimate") {
   CHECK(mean_distance(bad, none) < 1e-3 * mean_distance(good, none));
 }
 
+// A tenth of one rig's frame outweighed the whole frame of another, whose bake had chosen smaller costs.
+TEST_CASE("cells count alike in the images of all rigs, whatever costs their bakes have chosen") {
+  const TwoRigs two;
+  // The costs of the metrics of both rigs; only points up to `end` are seen
+  const auto residual = [&](const DepthMetric& above, const DepthMetric& below, float end = 1000) {
+    auto from_above = seen_from(two.sensors[0], bent(0.63)), from_below = seen_from(two.sensors[1], bent(0.6), 2);
+    for (auto* points : {&from_above, &from_below}) std::erase_if(*points, [end](const Point& p) { return p.x > end; });
+    std::vector<Rig> rigs = two.rigs;
+    rigs[0].views = changed(SensorViews::baked_into(two.model), [&](DepthImages& images) { images.metric = above; });
+    rigs[1].views = changed(rigs[1].views, [&](DepthImages& images) { images.metric = below; });
+    RigMatcher matcher(two.model, fit_config(), rigs);
+    matcher.fix_poses();
+    const std::vector<Frame> frames{at(1, from_above), at(1, from_below)};
+    const float joint = matcher.match(frames).fit.residual, of_rig = matcher.rigs()[0].residual;
+    matcher.reset();
+    static_cast<void>(matcher.match(frames));
+    CHECK(matcher.rigs()[0].residual == of_rig);  // by its own costs again
+    return joint;
+  };
+  const DepthMetric usual, four_times{4 * usual.cap, 4 * usual.one_sided};
+  const float alike = residual(usual, usual);
+  REQUIRE(residual(four_times, four_times) > 1.1f * alike);
+  CHECK(residual(usual, four_times) == alike);
+  CHECK(residual(four_times, usual) == alike);
+
+  DepthMetric dear = usual;
+  dear.hidden *= 2;
+  constexpr float end = 40;  // the rest is hidden from both
+  const float of_part = residual(usual, usual, end);
+  CHECK(residual(usual, dear, end) == of_part);
+  CHECK(residual(dear, usual, end) == of_part);
+}
+
 // With 48 candidates of ten runs, many of which were of another deformation branch, two rigs had 1.9 times the best
 // sample's error where one had 0.9.
 TEST_CASE("in a sparse ensemble a joint estimate combines three states per run, as many as for one rig or more") {
