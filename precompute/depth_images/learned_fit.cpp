@@ -184,7 +184,8 @@ struct PublishedErrors {
 PublishedErrors learn_estimates(const SampleSource& source, unsigned threads, LearnedFit& learned) {
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
   const LeftOutTests whole(source, metrics, most_matched, 0, threads);
-  const auto [metric, of_whole] = choose_metric(whole);
+  const LeftOutTests same_hidden(source, metrics, most_matched, hidden_by_a_patch, threads);
+  const auto [metric, of_whole] = choose_metric(whole, same_hidden);
   learned.metric = metrics[metric];
   const std::span chosen(&metrics[metric], 1);
   const LeftOutTests hidden(source, chosen, most_hidden, hidden_by_a_patch, threads);

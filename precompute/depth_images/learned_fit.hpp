@@ -15,7 +15,7 @@ struct EstimatedShape {
 };
 
 struct LearnedFit {
-  DepthMetric metric;           // length unit: the one of five that gives the least errors of estimate and match
+  DepthMetric metric;           // length unit: of five, see choose_metric()
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
   MisfitLimits limits{};
   // 90 % of the estimates' errors are below this times the spread; 0: not known

@@ -5,16 +5,40 @@
 #include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 namespace lbea::bake {
 namespace {
 
 constexpr std::uint32_t most_neighbors = 2 * FitSettings{}.neighbors;  // proposed for the estimate of a left-out frame
 
+double sum_of(const FrameErrors& error) { return error.estimate + error.match; }
+
 double total(std::span<const FrameErrors> errors) {
   double sum = 0;
-  for (const FrameErrors& error : errors) sum += error.estimate + error.match;
+  for (const FrameErrors& error : errors) sum += sum_of(error);
   return sum;
+}
+
+/// Per sample, seen completely and with a hidden part.
+std::vector<double> sums_of(std::span<const FrameErrors> whole, std::span<const FrameErrors> hidden) {
+  std::vector<double> sums;
+  for (std::size_t i = 0; i < whole.size(); ++i) sums.push_back(sum_of(whole[i]) + sum_of(hidden[i]));
+  return sums;
+}
+
+/// How much smaller the errors are in total than others of the same samples, in standard errors of the difference.
+/// Samples of one run count as independent. With one error per run, small ensembles never leave the first metric; their
+/// estimates are then as good as sensed, and worse where a part is hidden.
+double significance(std::span<const double> errors, std::span<const double> others) {
+  double sum = 0, squares = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double less = others[i] - errors[i];
+    sum += less, squares += less * less;
+  }
+  const double variance = squares - sum * sum / static_cast<double>(errors.size());
+  return variance > 0 ? sum / std::sqrt(variance) : 0;
 }
 
 }  // namespace
@@ -81,13 +105,19 @@ std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
   return metrics;
 }
 
-std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole) {
-  std::pair<std::size_t, std::vector<FrameErrors>> best{0, whole.errors(0)};
+std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole, const LeftOutTests& hidden) {
+  std::pair<std::size_t, std::vector<FrameErrors>> chosen{0, whole.errors(0)};
+  const std::vector<double> first = sums_of(chosen.second, hidden.errors(0));
+  double least = std::accumulate(first.begin(), first.end(), 0.0);
   for (std::size_t m = 1; m < whole.metrics(); ++m) {
     std::vector<FrameErrors> errors = whole.errors(m);
-    if (total(errors) < total(best.second)) best = {m, std::move(errors)};
+    const std::vector<double> sums = sums_of(errors, hidden.errors(m));
+    const double total = std::accumulate(sums.begin(), sums.end(), 0.0);
+    if (!(total < least && significance(sums, first) > 1)) continue;
+    chosen = {m, std::move(errors)};
+    least = total;
   }
-  return best;
+  return chosen;
 }
 
 std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs) {

@@ -51,8 +51,11 @@ class LeftOutTests {
 /// The metrics among which the bake chooses, the default first.
 [[nodiscard]] std::vector<DepthMetric> metrics_in(std::string_view length_unit);
 
-/// The index of the metric with the least errors of whole frames, and these.
-[[nodiscard]] std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole);
+/// The index of the metric with the least errors of whole and hidden frames, the latter with the usual price of hidden
+/// parts, and its errors of whole ones. Metrics differ little: the first one, unless another is better by more than the
+/// standard error of the difference. whole, hidden: of the same samples.
+[[nodiscard]] std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole,
+                                                                             const LeftOutTests& hidden);
 
 /// Takes the price of hidden parts with which the frames' errors are least. Returns these.
 [[nodiscard]] std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs);

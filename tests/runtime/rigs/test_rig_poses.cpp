@@ -142,7 +142,8 @@ TEST_CASE("where a rig's images say nothing about its pose, its points do") {
 // The first rig's equations held the sums of all rigs: its pose was not a number, and what its images tell was ignored.
 TEST_CASE("a first rig with too few points for a plane has the pose that its images tell") {
   PosedRigs two;
-  two.rigs[0].views = changed(two.rigs[0].views, [](DepthImages& images) { images.misfit_limit = 10; });  // always used
+  two.rigs[0].views =
+      changed(two.rigs[0].views, [](DepthImages& images) { images.misfit_limit = 10; });  // explains any frame
   const std::vector<float> positions = positions_of(two.model, 3);
   auto above = seen_from(two.sensors[0], positions);
   for (Point& p : above) p.z += 2;
