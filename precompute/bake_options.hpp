@@ -1,7 +1,7 @@
 // How a bake runs, what it reports while it runs, and what it returns.
 #pragma once
 
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 #include "precompute/survey/common_mesh.hpp"
 
 #include <chrono>

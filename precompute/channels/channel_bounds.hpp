@@ -1,7 +1,7 @@
 // How wrong the channels' estimates are in the frames of left-out runs.
 #pragma once
 
-#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/left_out/left_out_fitter.hpp"
 #include "runtime/src/channels/learned_channels.hpp"
 
 namespace lbea::bake {

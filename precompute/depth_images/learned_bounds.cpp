@@ -1,6 +1,6 @@
 #include "precompute/depth_images/learned_bounds.hpp"
 
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/left_out/branches.hpp"
 #include "precompute/parallel.hpp"
 #include "runtime/src/track/inference.hpp"
 

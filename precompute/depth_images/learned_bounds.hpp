@@ -1,7 +1,7 @@
 // What the bake learns about the errors of single nodes and elements.
 #pragma once
 
-#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/left_out/left_out_fitter.hpp"
 
 #include <vector>
 

@@ -1,8 +1,8 @@
 #include "precompute/depth_images/learned_fit.hpp"
 
 #include "precompute/depth_images/learned_bounds.hpp"
-#include "precompute/depth_images/left_out_tests.hpp"
-#include "precompute/depth_images/sample_cache.hpp"
+#include "precompute/left_out/left_out_tests.hpp"
+#include "precompute/left_out/sample_cache.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include "precompute/depth_images/learned_pose.hpp"
 
-#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/left_out/left_out_fitter.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
-#include "runtime/src/fit/pose_filter.hpp"
 #include "runtime/src/model/run_samples.hpp"
+#include "runtime/src/pose/pose_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // What the bake learns about pose errors: runs that are not in the ensemble look like moved ones.
 #pragma once
 
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
 
 namespace lbea::bake {
 

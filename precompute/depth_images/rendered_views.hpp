@@ -1,7 +1,7 @@
 // The depth images of a finished model's samples, for another pose or another sensor than it was baked for.
 #pragma once
 
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 
 #include <lbea/lbea.hpp>
 

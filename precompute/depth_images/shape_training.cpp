@@ -2,7 +2,7 @@
 
 #include "precompute/dense/symmetric_eigenpairs.hpp"
 #include "precompute/dense/symmetric_inverse.hpp"
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/left_out/branches.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
 

@@ -1,7 +1,7 @@
 // Trains the regression from depth images to shapes: kernel ridge regression on images of the samples.
 #pragma once
 
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 
 #include <Eigen/Cholesky>

@@ -1,6 +1,6 @@
 #include "precompute/forecast/histories.hpp"
 
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/left_out/branches.hpp"
 #include "runtime/src/model/run_samples.hpp"
 
 #include <cmath>

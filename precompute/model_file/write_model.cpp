@@ -1,7 +1,7 @@
 #include "precompute/model_file/write_model.hpp"
 
 #include "precompute/channels/channel_history.hpp"
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/left_out/branches.hpp"
 #include "precompute/model_file/model_sections.hpp"
 #include "precompute/parallel.hpp"
 #include "precompute/samples/sample_record.hpp"

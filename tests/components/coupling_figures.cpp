@@ -10,7 +10,7 @@
 #include "tests/components/cut_run.hpp"
 #include "tools/eval/experiments.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
-#include "tools/shared/matching/assembled_views.hpp"
+#include "tools/shared/views/assembled_views.hpp"
 
 #include <lbea/components.hpp>
 #include <lbea/test_history.hpp>

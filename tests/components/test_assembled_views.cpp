@@ -1,8 +1,8 @@
 // Depth images of one half of a bending plate beside the other half.
-#include "tools/shared/matching/assembled_views.hpp"
+#include "tools/shared/views/assembled_views.hpp"
 
 #include "tests/components/plate_parts.hpp"
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <doctest/doctest.h>
 

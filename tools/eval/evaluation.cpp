@@ -3,7 +3,7 @@
 #include "precompute/parallel.hpp"
 #include "tools/eval/truth.hpp"
 #include "tools/shared/ensemble/ensemble_input.hpp"
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <map>
 #include <numeric>

@@ -2,7 +2,7 @@
 // smallest final mean squared error.
 #pragma once
 
-#include "tools/shared/matching/box_of_samples.hpp"
+#include "tools/shared/views/box_of_samples.hpp"
 
 #include <lbea/lbea.hpp>
 

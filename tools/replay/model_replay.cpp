@@ -5,12 +5,12 @@
 #include "tools/shared/answer/test_answer.hpp"
 #include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/log.hpp"
-#include "tools/shared/matching/assembled_views.hpp"
 #include "tools/shared/matching/named_models.hpp"
-#include "tools/shared/matching/views.hpp"
 #include "tools/shared/replaying/component_replay.hpp"
 #include "tools/shared/replaying/rig_replay.hpp"
 #include "tools/shared/text/printable.hpp"
+#include "tools/shared/views/assembled_views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -6,7 +6,7 @@
 #include "tools/serve/machine.hpp"
 #include "tools/serve/system.hpp"
 #include "tools/shared/cli/method_names.hpp"
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <nlohmann/json.hpp>
 

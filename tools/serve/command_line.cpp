@@ -3,7 +3,7 @@
 #include "adapters/wire/sockets/endpoint.hpp"
 #include "tools/serve/system.hpp"
 #include "tools/shared/cli/method_names.hpp"
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <algorithm>
 

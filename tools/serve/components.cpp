@@ -1,6 +1,6 @@
 #include "tools/serve/components.hpp"
 
-#include "tools/shared/matching/assembled_views.hpp"
+#include "tools/shared/views/assembled_views.hpp"
 
 namespace lbea::tool {
 

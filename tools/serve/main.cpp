@@ -11,10 +11,10 @@
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/matching/match_engine.hpp"
 #include "tools/shared/matching/preview.hpp"
-#include "tools/shared/matching/views.hpp"
 #include "tools/shared/system/service_notify.hpp"
 #include "tools/shared/system/trigger_signal.hpp"
 #include "tools/shared/text/last_line.hpp"
+#include "tools/shared/views/views.hpp"
 
 namespace lbea::tool {
 namespace {

@@ -1,6 +1,6 @@
 #include "tools/serve/rigs.hpp"
 
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 namespace lbea::tool {
 

@@ -4,9 +4,9 @@
 
 #include "runtime/src/fit/candidate_weights.hpp"
 #include "runtime/src/fit/image_residuals.hpp"
-#include "runtime/src/fit/pose_fit.hpp"
 #include "runtime/src/fit/surface_pose.hpp"
 #include "runtime/src/match/stopwatch.hpp"
+#include "runtime/src/pose/pose_fit.hpp"
 
 namespace lbea {
 

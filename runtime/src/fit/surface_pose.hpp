@@ -2,8 +2,8 @@
 // estimated together, from the distances of the estimated surface from the points.
 #pragma once
 
-#include "runtime/src/fit/pose_filter.hpp"
 #include "runtime/src/fit/surface_correction.hpp"
+#include "runtime/src/pose/pose_filter.hpp"
 
 namespace lbea {
 

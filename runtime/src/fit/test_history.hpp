@@ -1,8 +1,8 @@
 // What a TestHistory keeps.
 #pragma once
 
-#include "runtime/src/fit/pose_filter.hpp"
 #include "runtime/src/fit/surface_fit.hpp"
+#include "runtime/src/pose/pose_filter.hpp"
 
 #include <lbea/test_history.hpp>
 

@@ -1,7 +1,7 @@
 // Samples whose depth images are made by hand.
 #pragma once
 
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
 
 namespace lbea::test {
 

@@ -1,6 +1,6 @@
 // The comparison of left-out frames with all samples, and the memory of samples read before.
-#include "precompute/depth_images/left_out.hpp"
-#include "precompute/depth_images/sample_cache.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
+#include "precompute/left_out/sample_cache.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "tests/precompute/training/depth_samples.hpp"
 

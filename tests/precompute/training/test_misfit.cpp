@@ -1,5 +1,5 @@
-#include "precompute/depth_images/branches.hpp"
 #include "precompute/depth_images/residuals.hpp"
+#include "precompute/left_out/branches.hpp"
 
 #include <doctest/doctest.h>
 

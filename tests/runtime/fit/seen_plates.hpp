@@ -1,7 +1,7 @@
 // Bending plates under a stereo rig that looks down on them.
 #pragma once
 
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tests/support/synthetic_model.hpp"
 

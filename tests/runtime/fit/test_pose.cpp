@@ -1,7 +1,7 @@
 // The pose error of a test: what is estimated from its frames is what they were moved by.
-#include "runtime/src/fit/pose_filter.hpp"
-#include "runtime/src/fit/pose_fit.hpp"
 #include "runtime/src/fit/surface_fit.hpp"
+#include "runtime/src/pose/pose_filter.hpp"
+#include "runtime/src/pose/pose_fit.hpp"
 #include "tests/runtime/fit/seen_plates.hpp"
 
 #include <lbea/test_history.hpp>

@@ -2,9 +2,9 @@
 
 #include "adapters/rig/sensor_json.hpp"
 #include "tools/shared/cli/tool.hpp"
-#include "tools/shared/matching/views.hpp"
 #include "tools/shared/replaying/frame_fates.hpp"
 #include "tools/shared/replaying/match_replay.hpp"
+#include "tools/shared/views/views.hpp"
 
 namespace lbea::tool {
 namespace {

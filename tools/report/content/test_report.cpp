@@ -4,7 +4,7 @@
 #include "tools/report/content/comparison/lost_elements.hpp"
 #include "tools/report/content/own_match.hpp"
 #include "tools/shared/matching/named_models.hpp"
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -3,7 +3,7 @@
 #include "adapters/ensemble/ensemble_toml.hpp"
 #include "adapters/rig/sensor_json.hpp"
 #include "adapters/simulation/open.hpp"
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tools/shared/text/printable.hpp"
 

@@ -1,4 +1,4 @@
-#include "runtime/src/fit/pose_filter.hpp"
+#include "runtime/src/pose/pose_filter.hpp"
 
 #include "runtime/src/numbers/elementary.hpp"
 

@@ -1,4 +1,4 @@
-#include "runtime/src/fit/pose_derivatives.hpp"
+#include "runtime/src/pose/pose_derivatives.hpp"
 
 namespace lbea {
 namespace {

@@ -1,6 +1,6 @@
-#include "precompute/depth_images/sample_cache.hpp"
+#include "precompute/left_out/sample_cache.hpp"
 
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/left_out/branches.hpp"
 
 #include <algorithm>
 #include <array>

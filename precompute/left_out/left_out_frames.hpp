@@ -1,7 +1,7 @@
 // Samples used as frames of an experiment, and compared with the samples of all other simulations.
 #pragma once
 
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 #include "runtime/src/depth/image_comparison.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/match/shape_landmarks.hpp"

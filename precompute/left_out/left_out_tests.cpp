@@ -1,4 +1,4 @@
-#include "precompute/depth_images/left_out_tests.hpp"
+#include "precompute/left_out/left_out_tests.hpp"
 
 #include "precompute/parallel.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"

@@ -1,4 +1,4 @@
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
 
 #include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"

@@ -1,4 +1,4 @@
-#include "precompute/depth_images/branches.hpp"
+#include "precompute/left_out/branches.hpp"
 
 #include <algorithm>
 #include <cmath>

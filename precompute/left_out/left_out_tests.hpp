@@ -1,8 +1,10 @@
 // Frames of left-out runs, seen completely or with a part hidden, matched with the other runs.
 #pragma once
 
-#include "precompute/depth_images/left_out_fitter.hpp"
-#include "precompute/depth_images/shape_training.hpp"
+#include "precompute/left_out/left_out_fitter.hpp"
+#include "runtime/src/depth/shape_regression.hpp"
+
+#include <Eigen/Core>
 
 namespace lbea::bake {
 

@@ -1,12 +1,12 @@
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/rendered_views.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 #include "tools/shared/cli/progress.hpp"
 #include "tools/shared/intake/log.hpp"
-#include "tools/shared/matching/box_of_samples.hpp"
+#include "tools/shared/views/box_of_samples.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // Samples that were read before, kept in memory: the same ones are proposed for many left-out frames.
 #pragma once
 
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
 
 namespace lbea::bake {
 

@@ -1,4 +1,4 @@
-#include "precompute/depth_images/depth_renderer.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 
 #include "precompute/rig/camera.hpp"
 #include "precompute/rig/rig.hpp"

@@ -1,4 +1,4 @@
-#include "precompute/depth_images/left_out_fitter.hpp"
+#include "precompute/left_out/left_out_fitter.hpp"
 
 #include "runtime/src/track/inference.hpp"
 #include "runtime/src/track/tracker.hpp"

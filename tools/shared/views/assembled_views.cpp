@@ -1,15 +1,15 @@
-#include "tools/shared/matching/assembled_views.hpp"
+#include "tools/shared/views/assembled_views.hpp"
 
 #include "adapters/files/file_names.hpp"
 #include "adapters/rig/sensor_json.hpp"
-#include "precompute/depth_images/depth_renderer.hpp"
 #include "precompute/depth_images/rendered_views.hpp"
+#include "precompute/rig/depth_renderer.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/model/eroded_elements.hpp"
 #include "runtime/src/track/same_runs.hpp"
 #include "tools/shared/intake/log.hpp"
-#include "tools/shared/matching/box_of_samples.hpp"
-#include "tools/shared/matching/views.hpp"
+#include "tools/shared/views/box_of_samples.hpp"
+#include "tools/shared/views/views.hpp"
 
 #include <algorithm>
 

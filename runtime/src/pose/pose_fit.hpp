@@ -2,7 +2,7 @@
 // together, from the depths and from the silhouette.
 #pragma once
 
-#include "runtime/src/fit/pose_derivatives.hpp"
+#include "runtime/src/pose/pose_derivatives.hpp"
 
 namespace lbea {
 

@@ -1,4 +1,4 @@
-#include "runtime/src/fit/pose_fit.hpp"
+#include "runtime/src/pose/pose_fit.hpp"
 
 namespace lbea {
 namespace {

@@ -1,7 +1,7 @@
 // Frames of left-out runs, fitted as the runtime does it.
 #pragma once
 
-#include "precompute/depth_images/left_out.hpp"
+#include "precompute/left_out/left_out_frames.hpp"
 #include "runtime/src/fit/surface_fit.hpp"
 
 namespace lbea::bake {
