@@ -350,7 +350,7 @@ struct FrameNumbers {
   float coverage = 0;
 };
 inline constexpr std::array frame_numbers{NumberInfo<FrameNumbers>{
-    "coverage", &FrameNumbers::coverage, "share of the best sample's observed surface that the frame shows"}};
+    "coverage", &FrameNumbers::coverage, "share of the observed surface that the frame shows"}};
 
 /// Numbers of a frame, by Method::fit; NaN with the other methods.
 struct FitNumbers {

@@ -60,6 +60,10 @@ class SurfaceCorrection {
   [[nodiscard]] std::span<const float> solve() noexcept;
   /// Of the last frame that was added, not of joined ones. Valid until the next add().
   [[nodiscard]] SurfaceEquations equations() const noexcept;
+  /// The estimate's places on the observed surface, before the correction: planes of x, y and z.
+  [[nodiscard]] std::span<const float> surface() const noexcept { return shape_; }
+  /// Their number, without those at edges.
+  [[nodiscard]] std::size_t surface_places() const noexcept { return shapes_.nodes() - 3 * shapes_.edges(); }
   /// Floats of a plane of nodes.
   [[nodiscard]] std::size_t stride() const noexcept { return shapes_.stride(); }
 

@@ -73,15 +73,16 @@ class Coverage {
   std::size_t count_ = 0;
 };
 
-// The mass of the vertices that each landmark represents. Every reference has the same nodes, in a different order.
-std::vector<double> masses(const ModelView& model, const ReferenceView& reference) {
-  const std::uint32_t n = model.info.vertices, count = format::surface_landmarks(n);
-  std::vector<std::uint32_t> landmark_of_node(model.info.nodes);
-  for (std::uint32_t k = 0; k < count; ++k)
+// The mass of the vertices that each of `count` places represents. Every reference has the same nodes, in a different
+// order.
+std::vector<double> masses(const ModelView& model, const ReferenceView& reference, std::size_t count) {
+  const std::uint32_t n = model.info.vertices;
+  std::vector<std::size_t> place_of_node(model.info.nodes);
+  for (std::size_t k = 0; k < count; ++k)
     for (std::uint32_t v = format::part_begin(k, count, n); v < format::part_begin(k + 1, count, n); ++v)
-      landmark_of_node[model.references.front().vertex_nodes[v]] = k;
+      place_of_node[model.references.front().vertex_nodes[v]] = k;
   std::vector<double> sums(count);
-  for (std::uint32_t v = 0; v < n; ++v) sums[landmark_of_node[reference.vertex_nodes[v]]] += reference.mass[v];
+  for (std::uint32_t v = 0; v < n; ++v) sums[place_of_node[reference.vertex_nodes[v]]] += reference.mass[v];
   return sums;
 }
 }  // namespace
@@ -118,16 +119,21 @@ std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<flo
 }
 
 [[gnu::cold]]  // compiled for size
-SampleSurface::SampleSurface(const ModelView& model)
+ObservedSurface::ObservedSurface(const ModelView& model, std::size_t places)
     : model_(model) {
-  const bool has_landmarks = !model.landmark_positions.empty();
-  positions_.resize(has_landmarks ? format::surface_landmarks(model.info.vertices) : model.info.vertices);
-  if (!has_landmarks) return;
-  for (const ReferenceView& reference : model.references) landmark_mass_.push_back(masses(model, reference));
+  if (places == 0 && !model.landmark_positions.empty()) places = format::surface_landmarks(model.info.vertices);
+  positions_.resize(places > 0 ? places : model.info.vertices);
+  if (places == 0) return;
+  for (const ReferenceView& reference : model.references) part_mass_.push_back(masses(model, reference, places));
 }
 
-void SampleSurface::take(std::uint32_t sample, const ReferenceView& reference) noexcept {
-  if (!landmark_mass_.empty()) {
+void ObservedSurface::take(std::span<const float> planes, std::size_t stride) noexcept {
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    positions_[i] = {planes[i], planes[stride + i], planes[2 * stride + i]};
+}
+
+void ObservedSurface::take(std::uint32_t sample, const ReferenceView& reference) noexcept {
+  if (!model_.landmark_positions.empty()) {
     std::memcpy(positions_.data(), model_.landmarks(sample).data(), positions_.size() * sizeof(positions_.front()));
     return;
   }
@@ -136,9 +142,9 @@ void SampleSurface::take(std::uint32_t sample, const ReferenceView& reference) n
     std::memcpy(&positions_[v], nodes + std::size_t{3} * reference.vertex_nodes[v], sizeof(positions_[v]));
 }
 
-std::span<const double> SampleSurface::mass(const ReferenceView& reference) const noexcept {
-  if (landmark_mass_.empty()) return reference.mass;
-  return landmark_mass_[static_cast<std::size_t>(&reference - model_.references.data())];
+std::span<const double> ObservedSurface::mass(const ReferenceView& reference) const noexcept {
+  if (part_mass_.empty()) return reference.mass;
+  return part_mass_[static_cast<std::size_t>(&reference - model_.references.data())];
 }
 
 float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,

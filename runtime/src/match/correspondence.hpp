@@ -39,14 +39,17 @@ std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<flo
                          Positions& corresponding, std::span<std::uint32_t> points = {},
                          std::uint32_t most_tests = NearestPoints::unlimited) noexcept;
 
-/// The observed surface of a sample, for the coverage: all its vertices, or landmarks where the model has them.
-class SampleSurface {
+/// The observed surface, for the coverage: all vertices of a sample, or its landmarks where the model has them; or the
+/// places of an estimate.
+class ObservedSurface {
  public:
-  /// Allocates all memory.
-  explicit SampleSurface(const ModelView& model);
+  /// places: of estimates; 0: for samples. Allocates all memory.
+  explicit ObservedSurface(const ModelView& model, std::size_t places = 0);
 
   /// Copies the sample's positions. reference: one of the model's. Does not allocate.
   void take(std::uint32_t sample, const ReferenceView& reference) noexcept;
+  /// The same of an estimate. planes: of x, y and z, `stride` values each. Does not allocate.
+  void take(std::span<const float> planes, std::size_t stride) noexcept;
   [[nodiscard]] std::span<const std::array<float, 3>> positions() const noexcept { return positions_; }
   /// The mass that each position represents.
   [[nodiscard]] std::span<const double> mass(const ReferenceView& reference) const noexcept;
@@ -54,7 +57,7 @@ class SampleSurface {
  private:
   const ModelView& model_;
   std::vector<std::array<float, 3>> positions_;
-  std::vector<std::vector<double>> landmark_mass_;  // per reference; none without landmarks
+  std::vector<std::vector<double>> part_mass_;  // per reference; none if the positions are those of all vertices
 };
 
 /// The share of the surface that the frame shows: the mass of the vertices (placed at `positions`) with a point

@@ -18,7 +18,7 @@ MatchResult Matcher::match(const Frame& frame, HistoryState* history) noexcept {
     s.fit(result);                // Method::fit: the depth images decide
     s.correct(result);            // fit: the estimate moves to the points
   } while (s.move_pose(result));  // again with a better pose
-  s.cover(result);                // share of the best sample's surface that the frame shows
+  s.cover(result);                // share of the estimate's or the best sample's surface that the frame shows
   s.remember(result);             // for the next frames of the test
   s.publish(result);
   s.evaluate_channels(result);  // quantities of interest
@@ -133,8 +133,11 @@ void Matcher::State::remember(MatchResult& result) noexcept {
 }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
-  surface.take(ranked().front().sample, *reference);
-  result.coverage = coverage(index, surface.positions(), surface.mass(*reference), config.trusted_distance);
+  if (fitter)
+    surface->take(fitter->correction().surface(), fitter->correction().stride());
+  else
+    surface->take(ranked().front().sample, *reference);
+  result.coverage = coverage(index, surface->positions(), surface->mass(*reference), config.trusted_distance);
   result.elapsed_ns.coverage += watch.lap_ns();
   result.status = result.coverage < config.min_coverage ? Status::low_coverage : Status::ok;
 }

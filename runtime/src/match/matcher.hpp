@@ -77,7 +77,7 @@ struct Matcher::State {
   PoseFilter* pose = nullptr;       // of the history; null: not estimated
   std::vector<Match> matches;
   ChannelEvaluator channels;
-  bool has_baked_pose;    // of the rig
-  SampleSurface surface;  // of the best sample
+  bool has_baked_pose;                     // of the rig
+  std::optional<ObservedSurface> surface;  // fit: of the estimate; else: of the best sample
 };
 }  // namespace lbea

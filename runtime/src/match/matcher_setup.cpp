@@ -70,10 +70,10 @@ Matcher::State::State(Model m, const MatcherConfig& c, SensorViews views, std::u
           view.info.samples)),
       matches(std::min(config.max_matches, view.info.samples)),
       channels(model, FitSettings{}.most_combined()),
-      has_baked_pose(is_baked(views, view)),
-      surface(view) {
+      has_baked_pose(is_baked(views, view)) {
   if (config.method == Method::fit)
     fitter.emplace(view, std::move(views), config.max_matches, FitSettings{}, most_compared);
+  surface.emplace(view, fitter ? fitter->correction().surface_places() : 0);
   if (config.method == Method::vtp)
     for (const ReferenceView& r : view.references) position_searches.emplace_back(view, r);
   else if (compares_positions() && is_worth_a_tree(view.info.samples, best.capacity()))

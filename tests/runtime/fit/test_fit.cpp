@@ -103,6 +103,21 @@ TEST_CASE("a shape between the samples is estimated nearer than any sample is") 
   CHECK(between >= 3);
 }
 
+// A sample that is 5 mm beside the free end did not count as seen there.
+TEST_CASE("coverage is the share that is seen, also of a shape between the samples") {
+  constexpr double angle = 0.95, length = 190, curvature = angle / length;
+  constexpr double of_places = 0.05;  // a column of them, and what lies within 3 mm of the border
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  Matcher matcher(model, fit_config());
+  std::vector<Point> points = seen(bent(angle));
+  CHECK(matcher.match({1, 0, points}).coverage > 0.98f);
+  const double middle =
+      std::sin(curvature * length / 2) / curvature - length / 2;  // of the arc, x in the sensor's system
+  std::erase_if(points, [middle](const Point& p) { return double{p.x} > middle; });
+  CHECK(std::abs(double{matcher.match({2, 0, points}).coverage} - 0.5) < of_places);
+}
+
 TEST_CASE("a fit has the coefficients of its estimate") {
   const AlignedBytes bytes = seen_plates_model();
   const Model model = Model::view(bytes.span());
