@@ -208,6 +208,21 @@ TEST_CASE("a rig that the results do not rest on gives a warning") {
   CHECK(contains(warning(3), "rig right: the results rest on 3 of its 12 frames"));
 }
 
+// A rig that sent meters was ignored for the whole test, and nothing was said.
+TEST_CASE("a rig whose points are near no simulation gives a warning, one without frames does not") {
+  for (const std::uint32_t points : {0u, 20'000u}) {
+    TestAnswer answer;
+    for (std::size_t i = 0; i < 12; ++i) {
+      WireResult result = capture_of_two_rigs(i);
+      result.rigs[1].status = WireStatus::empty_frame;
+      result.rigs[1].points = {.received = points, .culled = points};
+      result.rigs[1].is_used = false;
+      answer.add(result);
+    }
+    CHECK(contains(answer.warning(), "rig right: the results rest on 0 of its 12 frames") == (points > 0));
+  }
+}
+
 // Regression: rigs that saw different tests gave "matched" with 100 %.
 TEST_CASE("rigs whose frames are explained one by one, but not together, give a warning") {
   TestAnswer answer;

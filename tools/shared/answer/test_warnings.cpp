@@ -165,7 +165,7 @@ void RigUse::add(const wire::WireResult& result) {
   for (const wire::WireRigFrame& frame : result.rigs) {
     auto rig = std::ranges::find(rigs_, frame.rig, &Rig::name);
     if (rig == rigs_.end()) rig = rigs_.insert(rigs_.end(), {frame.rig});
-    rig->frames += frame.status == wire::WireStatus::ok ? 1 : 0;
+    rig->frames += frame.status == wire::WireStatus::ok || frame.points.received > 0 ? 1 : 0;
     rig->used += frame.status == wire::WireStatus::ok && frame.is_used ? 1 : 0;
   }
 }
@@ -186,7 +186,9 @@ std::string contradiction_warning() {
 std::string unused_rig_warning(const RigUse::Unused& unused) {
   return "rig " + std::string(unused.rig) + ": the results rest on " + std::to_string(unused.used) + " of its " +
          std::to_string(unused.frames) +
-         " frames; the others show something else than the other rigs' frames, or from another pose: check --pose " +
+         " frames; the others show nothing near a simulation, or something else than the other rigs' frames: check the "
+         "unit "
+         "of the points, and --pose " +
          std::string(unused.rig);
 }
 

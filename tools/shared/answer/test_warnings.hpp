@@ -144,7 +144,7 @@ class Contradictions {
 class RigUse {
  public:
   void add(const wire::WireResult& result);
-  /// The first rig whose frames on the component were mostly not used, of at least eight.
+  /// The first rig whose frames with points were mostly not used, of at least eight.
   struct Unused {
     std::string_view rig;
     std::uint32_t frames = 0, used = 0;
