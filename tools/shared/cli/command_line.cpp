@@ -47,6 +47,17 @@ void check_numbers(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands()) check_numbers(*command);
 }
 
+/// which: in the refusal; name: in the help.
+Check number(bool (*is_allowed)(double), const std::string& which, const std::string& name) {
+  return Check(
+      [is_allowed, which](const std::string& text) {
+        double value = 0;
+        const bool is_number = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+        return is_number && is_allowed(value) ? "" : text + " is not a number " + which;
+      },
+      name);
+}
+
 }  // namespace
 
 Check::Check(Function function, std::string words)
@@ -62,8 +73,12 @@ template Check in_range(std::size_t, std::size_t);
 template Check in_range(float, float);
 template Check in_range(double, double);
 
-Check positive_number() { return Check(std::make_shared<CLI::Validator>(CLI::PositiveNumber)); }
-Check non_negative_number() { return Check(std::make_shared<CLI::Validator>(CLI::NonNegativeNumber)); }
+Check positive_number() {
+  return number([](double value) { return value > 0; }, "greater than 0", "POSITIVE");
+}
+Check non_negative_number() {
+  return number([](double value) { return value >= 0; }, "of at least 0", "NONNEGATIVE");
+}
 Check not_empty() {
   return Check(
       [](const std::string& text) { return text.empty() ? "is empty; is a variable of the shell unset?" : ""; }, "");
