@@ -123,7 +123,7 @@ std::string table_summary(const LiveSummary& summary, const Model& model) {
                       *best, *error / *best);
   if (const auto estimate = summary.mean(&LiveRow::estimate_error)) text += formatted("; estimate %.2f", *estimate);
   if (const auto last = summary.end_of_path()) {
-    text += formatted("\n%s path of the whole test: %s, ends at time step %u",
+    text += formatted("\n%s path of the whole test: ends at %s, time step %u",
                       test.verdict == wire::WireVerdict::no_simulation_fits ? "nearest" : "most likely",
                       std::string(model.simulation_name(last->simulation)).c_str(), last->time_step);
     if (const auto path = summary.mean(&LiveRow::path_error)) text += formatted("; mean EE %.2f", *path);

@@ -54,7 +54,8 @@ SensorViews views_for(const MatcherConfig& config, const Model& model, const std
         Status::bad_config,
         baked.empty()
             ? "the model holds no depth images; give the rig with --pose sensor.json, or bake with --views"
-            : "the model's depth images were rendered for another pose; give this rig's with --pose sensor.json");
+            : "the model's depth images were rendered for another pose; give this rig's with --pose sensor.json, of "
+              "several rigs with --pose NAME=sensor.json");
   log_info("the model holds no depth images for this pose: rendering {} samples", model.samples());
   return rendered(model, io::parse_sensor_json(sensor_json, io::path_of(name)).sensor);
 }
