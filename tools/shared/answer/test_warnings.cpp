@@ -187,8 +187,7 @@ std::string unused_rig_warning(const RigUse::Unused& unused) {
   return "rig " + std::string(unused.rig) + ": the results rest on " + std::to_string(unused.used) + " of its " +
          std::to_string(unused.frames) +
          " frames; the others show nothing near a simulation, or something else than the other rigs' frames: check the "
-         "unit "
-         "of the points, and --pose " +
+         "unit of the points, and --pose " +
          std::string(unused.rig);
 }
 
