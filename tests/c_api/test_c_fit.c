@@ -43,7 +43,8 @@ void depth_images_decide(const char* model_file, const char* sensor_json) {
   lbea_config config;
   lbea_config_init(&config, sizeof config);
   config.method = LBEA_METHOD_FIT;
-  config.min_coverage = 0; /* nodes are farther apart than a sensor's points */
+  config.min_coverage = 0.1f;
+  config.trusted_distance = 10; /* nodes are farther apart than a sensor's points */
   read_pose(sensor_json, config.T_reference_sensor);
   lbea_matcher* matcher = NULL;
   CHECK(lbea_matcher_create(model, &config, &matcher) == LBEA_OK);
