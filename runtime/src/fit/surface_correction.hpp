@@ -23,11 +23,6 @@ struct SurfaceEquations {
   float squares;  // the samples' mean squared distance from the estimate
 };
 
-/// Of planes of x, y and z.
-inline std::array<float, 3> vector_at(std::span<const float> planes, std::size_t stride, std::size_t i) noexcept {
-  return {planes[i], planes[stride + i], planes[2 * stride + i]};
-}
-
 class SurfaceCorrection {
  public:
   /// Keeps a reference to the model. mesh_noise: of the metric, length unit. Allocates all memory.

@@ -1,5 +1,7 @@
 #include "runtime/src/match/correspondence.hpp"
 
+#include "runtime/src/match/shape_landmarks.hpp"
+
 #include <cstring>
 
 namespace lbea {
@@ -128,8 +130,7 @@ ObservedSurface::ObservedSurface(const ModelView& model, std::size_t places)
 }
 
 void ObservedSurface::take(std::span<const float> planes, std::size_t stride) noexcept {
-  for (std::size_t i = 0; i < positions_.size(); ++i)
-    positions_[i] = {planes[i], planes[stride + i], planes[2 * stride + i]};
+  for (std::size_t i = 0; i < positions_.size(); ++i) positions_[i] = vector_at(planes, stride, i);
 }
 
 void ObservedSurface::take(std::uint32_t sample, const ReferenceView& reference) noexcept {

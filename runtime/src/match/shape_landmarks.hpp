@@ -30,6 +30,11 @@ struct SurfacePlaces {
                                            std::span<const std::array<std::uint32_t, 4>> element_nodes,
                                            std::size_t nodes, bool has_landmarks);
 
+/// Of planes of x, y and z.
+inline std::array<float, 3> vector_at(std::span<const float> planes, std::size_t stride, std::size_t i) noexcept {
+  return {planes[i], planes[stride + i], planes[2 * stride + i]};
+}
+
 class ShapeLandmarks {
  public:
   /// Copies those of all samples, unless that needs more than `most_bytes`.
