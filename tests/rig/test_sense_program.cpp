@@ -169,6 +169,11 @@ TEST_CASE("usage errors and failures have different exit codes") {
     CHECK(sense(flags) == 2);
     CHECK_FALSE(std::filesystem::exists(sense.out));
   }
+  // The greatest number, of 309 digits, was named as the limit.
+  CHECK(sense("--scale 0") == 2);
+  CHECK(sense.complaint().starts_with("--scale: 0 is not a number greater than 0\n"));
+  CHECK(sense("--noise -1") == 2);
+  CHECK(sense.complaint().starts_with("--noise: -1 is not a number of at least 0\n"));
   CHECK(sense("--help") == 0);
   CHECK(sense.printed().find("Example") != std::string::npos);
   CHECK(sense("--version") == 0);

@@ -334,7 +334,7 @@ TEST_CASE("the report of lbea-eval live begins with the answer of the test, also
   CAPTURE(text);
   CHECK(text.starts_with("test: NO SIMULATION FITS, misfit 2.17; nearest: plate_2\nwarning: "));
   CHECK(contains(text, "lbea-register"));
-  CHECK(contains(text, "nearest path of the whole test"));
+  CHECK(contains(text, "nearest path of the whole test: ends at plate_2, time step 5"));
   const auto json = nlohmann::json::parse(to_json(summary, model));
   CHECK(json["test"]["verdict"] == "no_simulation_fits");
   CHECK(json["test"]["misfit"].get<double>() == doctest::Approx(2.17));

@@ -52,8 +52,7 @@ Check number(bool (*is_allowed)(double), const std::string& which, const std::st
   return Check(
       [is_allowed, which](const std::string& text) {
         double value = 0;
-        const bool is_number = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
-        return is_number && is_allowed(value) ? "" : text + " is not a number " + which;
+        return CLI::detail::lexical_cast(text, value) && is_allowed(value) ? "" : text + " is not a number " + which;
       },
       name);
 }
