@@ -29,8 +29,8 @@ std::vector<double> sums_of(std::span<const FrameErrors> whole, std::span<const 
 }
 
 /// How much smaller the errors are in total than others of the same samples, in standard errors of the difference.
-/// Samples of one run count as independent. With one error per run, small ensembles never leave the first metric; their
-/// estimates are then as good as sensed, and worse where a part is hidden.
+/// Samples of one run count as independent. If each run counted once, small ensembles would always keep the first
+/// metric, whose estimates are no worse for whole frames, but worse where a part is hidden.
 double significance(std::span<const double> errors, std::span<const double> others) {
   double sum = 0, squares = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
