@@ -84,9 +84,11 @@ for transport in $transports; do
     sleep 0.1
   done
   kill -9 "$server"
-  wait "$server" 2>/dev/null || true
+  code=0
+  wait "$server" 2>/dev/null || code=$?
   server=
-  wait "$program" || fail "$(cat "$work/dead")"
+  [ "$code" -eq 137 ] || fail "lbea-serve ended with $code:" "$(cat "$work/log")"
+  wait "$program" || fail "$(cat "$work/dead")" "lbea-serve:" "$(cat "$work/log")"
   start lbea "${ends[@]}" --key "$work/matcher.key" --allow "$work/camera.pub"
   "${client[@]}" account "$frames" "$results" "$clouds" "${keys[@]}"
   (cd "$work" && "${client[@]}" names "$frames" "$results")

@@ -181,12 +181,22 @@ void a_dead_matcher_is_noticed(const char* frames, const char* results) {
     status = lbea_wire_receiver_receive(receiver, 100, &result);
   CHECK(status == LBEA_WIRE_UNAVAILABLE);
   CHECK_SENTENCE("nobody listens there");
-  CHECK(lbea_wire_sender_send(sender, point, 1, stamp_ns, 100, NULL) == LBEA_WIRE_NO_ROOM);
+  /* The sender has a connection of its own, which may break a little later. */
+  uint64_t captured = 1;
+  status = LBEA_WIRE_OK;
+  for (int waited_ms = 0; waited_ms < patience_ms && status == LBEA_WIRE_OK; waited_ms += 100) {
+    CHECK(lbea_wire_receiver_receive(receiver, 100, &result) == LBEA_WIRE_UNAVAILABLE);
+    status = lbea_wire_sender_send(sender, point, 1, stamp_ns, 0, NULL);
+    ++captured;
+  }
+  CHECK(status == LBEA_WIRE_NO_ROOM);
   CHECK_SENTENCE("nobody listens there");
   CHECK(lbea_wire_sender_end_test(sender) == LBEA_WIRE_NO_ROOM);
   lbea_wire_tally tally = {0};
   tally.struct_size = sizeof tally;
-  CHECK(lbea_wire_sender_close(sender, &tally) == LBEA_WIRE_OK);
-  CHECK(tally.captured == 2 && tally.sent == 1 && tally.refused == 1 && tally.handed_over == 1);
+  status = lbea_wire_sender_close(sender, &tally);
+  CHECK(tally.captured == captured && tally.sent == captured - 1 && tally.refused == 1);
+  CHECK(tally.handed_over >= 1 && tally.handed_over <= tally.sent);
+  CHECK(status == (tally.handed_over == tally.sent ? LBEA_WIRE_OK : LBEA_WIRE_UNDELIVERED));
   lbea_wire_receiver_close(receiver);
 }
