@@ -22,7 +22,8 @@ class KernelsPipeline : public Pipeline {
         corresponding_(view_.info.vertices),
         coefficients_(view_.info.modes),
         best_(std::min(config.max_matches, view_.info.samples)),
-        surface_(view_.info.vertices) {
+        surface_(view_.info.vertices),
+        is_shown_(view_.info.vertices) {
     if (config.method != Method::vtp) return;
     for (const ReferenceView& reference : view_.references) position_searches_.emplace_back(view_, reference, code);
   }
@@ -85,7 +86,8 @@ class KernelsPipeline : public Pipeline {
     for (std::size_t v = 0; v < surface_.size(); ++v)
       for (std::size_t axis = 0; axis < 3; ++axis)
         surface_[v][axis] = nodes[std::size_t{3} * reference.vertex_nodes[v] + axis];
-    return coverage(index_, surface_, reference.mass, config_.trusted_distance);
+    find_shown(index_, surface_, config_.trusted_distance, is_shown_);
+    return share_shown(is_shown_, reference.mass);
   }
 
   std::string name_;
@@ -98,6 +100,7 @@ class KernelsPipeline : public Pipeline {
   BestSamples best_;
   std::vector<PositionSearch> position_searches_;  // Method::vtp: per reference
   std::vector<std::array<float, 3>> surface_;
+  std::vector<std::uint8_t> is_shown_;
   std::uint32_t reference_ = 0;
   std::uint32_t cut_ = 0;
   float last_coverage_ = 0;  // stored so that the compiler does not remove the computation

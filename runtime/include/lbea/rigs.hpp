@@ -19,7 +19,8 @@ struct Rig {
   std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of a common clock
 };
 
-/// What a rig's frame says alone; the numbers of the pose are by the frames of all rigs.
+/// What a rig's frame says alone; the pose's numbers and the coverage are by the estimate of all rigs. A rig that is
+/// not used has those of its own estimate.
 struct RigResult : FitNumbers, FrameNumbers {
   Status status = Status::empty_frame;  // also if the rig has no frame in the capture
   Verdict verdict = Verdict::unknown;
@@ -55,8 +56,8 @@ class LBEA_API RigMatcher {
   /// the first frame that it rests on. Frames that no simulation explains count only if no explained one shows nearly
   /// as much. If one that does not count shows half of the component, or the rigs see different shapes, the verdict is
   /// unknown and no error is bounded.
-  /// The limits and bounds are those that the bakes have learned for single rigs. coverage: of the surface that the
-  /// rigs in use see; the pose's numbers are those of rigs(). Real-time safe.
+  /// The limits and bounds are those that the bakes have learned for single rigs. coverage: the share of
+  /// the surface that any rig in use shows; the pose's numbers are those of rigs(). Real-time safe.
   [[nodiscard]] MatchResult match(std::span<const Frame> frames) noexcept;
   /// The same in two steps: the first one for each rig with a frame, which different threads may do at the same time;
   /// then the second. Points must remain valid until then. Of several frames of a rig, the last one counts.

@@ -40,7 +40,7 @@ SensorViews SensorViews::baked_into(const Model& model) {
   return model.view().depth_images == nullptr ? SensorViews() : kept_views(model, *model.view().depth_images);
 }
 
-SensorViews SensorViews::baked_into(const Model& model, const RigidTransform& T_reference_sensor) {
+[[gnu::cold]] SensorViews SensorViews::baked_into(const Model& model, const RigidTransform& T_reference_sensor) {
   const ModelView& view = model.view();
   if (view.depth_images == nullptr) return {};
   const auto difference = [&](const std::shared_ptr<const DepthImages>& images) {

@@ -70,20 +70,20 @@ SurfaceFit JointFitter::fit(std::span<const RigEvidence> rigs, const FrameExpect
   return result;
 }
 
-void JointFitter::correct(SurfaceFit& result) noexcept {
+void JointFitter::begin_correction() noexcept {
   const std::size_t samples = estimate_.numbers().size();
   side_by_side(rigs_.size(), [&](std::size_t rig) {
     const auto& [fitter, index, later_s] = rigs_[rig];
-    SurfaceCorrection::Observation seen = fitter->observation(*index);
-    if (later_s != 0) {
-      const auto states = std::span(states_).subspan(rig * states_of_rig_, samples);
-      std::ranges::transform(estimate_.numbers(), states.begin(),
-                             [&, later = later_s](std::uint32_t sample) { return simulations_.later(sample, later); });
-      seen.states = states;
-    }
-    fitter->correction().begin(estimate_);
-    fitter->correction().add(seen);
+    if (later_s == 0) return fitter->begin_correction(estimate_, *index);
+    const auto states = std::span(states_).subspan(rig * states_of_rig_, samples);
+    std::ranges::transform(estimate_.numbers(), states.begin(),
+                           [&, later = later_s](std::uint32_t sample) { return simulations_.later(sample, later); });
+    fitter->begin_correction(estimate_, *index, states);
   });
+}
+
+void JointFitter::correct(SurfaceFit& result) noexcept {
+  begin_correction();
   SurfaceCorrection& correction = rigs_.front().fitter->correction();
   for (const RigEvidence& rig : rigs_.subspan(1)) correction.join(rig.fitter->correction());
   const auto weights = correction.solve();
@@ -311,7 +311,6 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
     per_spread += share * fitter->error_per_spread();
     bounded += share;
   }
-  shown_share_ = shown;
   verdict_ = Verdict::unknown;
   if (!gives_verdicts || shown < least_judged) return;
   if (per_spread > 0 && (shown >= least_bounded || !is_hidden_)) result.error_90 = per_spread / bounded * result.spread;

@@ -28,6 +28,8 @@ class JointFitter {
   /// After fit(): corrects the estimate by the points of all rigs' frames, and ranks the candidates by it. Spread,
   /// time, bound and verdict remain those of the uncorrected estimate, as with one rig. Does not allocate.
   void correct(SurfaceFit& result) noexcept;
+  /// The first step of it: compares the estimate with the points of each rig's frame. Does not allocate.
+  void begin_correction() noexcept;
 
   /// The motion that the frame of a rig, by its place in the evidence, lacks, given the prior and the frames of all
   /// rigs. Threads with different rigs may call it at the same time. Does not allocate.
@@ -58,8 +60,6 @@ class JointFitter {
   [[nodiscard]] bool is_contradictory() const noexcept { return is_contradictory_; }
   [[nodiscard]] const ShapeEstimate& estimate() const noexcept { return estimate_; }
   [[nodiscard]] TimeBelief time() const noexcept { return {estimate_.time_s(), weights_.time_variance()}; }
-  /// Cells that the rigs' frames show, relative to those that the best candidate fills.
-  [[nodiscard]] float shown_share() const noexcept { return shown_share_; }
 
  private:
   void propose() noexcept;
@@ -107,7 +107,6 @@ class JointFitter {
   std::array<float, ShapeRegression::shape_scores> scores_{};  // predicted
   CandidateWeights weights_;
   Verdict verdict_ = Verdict::unknown;
-  float shown_share_ = 0;
 };
 
 }  // namespace lbea

@@ -72,12 +72,17 @@ void SurfaceFitter::compare() noexcept {
 }
 
 void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcept {
-  correction_.begin(estimate_);
-  correction_.add(observation(index));
+  begin_correction(estimate_, index);
   const auto weights = correction_.solve();
   if (weights.empty()) return correction_.clear();
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);
+}
+
+void SurfaceFitter::begin_correction(const ShapeEstimate& of, const CloudIndex& index,
+                                     std::span<const StateBetween> states) noexcept {
+  correction_.begin(of);
+  correction_.add({index, images().camera, search_.image().observed, states});
 }
 
 std::optional<PoseMeasurement> SurfaceFitter::pose_by_points(const PoseMotion& calibration) noexcept {

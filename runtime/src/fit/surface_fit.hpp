@@ -33,6 +33,10 @@ class SurfaceFitter {
   /// Moves the estimate of the latest fit to the points of its index, and ranks the candidates again. Spread, time and
   /// verdict remain those of the uncorrected estimate. Does not allocate.
   void correct(const CloudIndex& index, SurfaceFit& result) noexcept;
+  /// The first step of it, of any estimate: compares that with the points of the latest fit's index. states: of its
+  /// samples when the frame was captured; empty: those samples. Does not allocate.
+  void begin_correction(const ShapeEstimate& of, const CloudIndex& index,
+                        std::span<const StateBetween> states = {}) noexcept;
 
   /// The candidates by distance from the estimate and own residual, best first. distance: from the estimate.
   [[nodiscard]] std::span<const RankedSample> matches() const noexcept { return weights_.matches(); }
@@ -93,10 +97,6 @@ class SurfaceFitter {
   [[nodiscard]] SquareSums shown_squares_of(std::uint32_t sample) noexcept;
   [[nodiscard]] ImageResiduals& residuals() noexcept { return residuals_; }
   [[nodiscard]] SurfaceCorrection& correction() noexcept { return correction_; }
-  /// index: of the frame's points.
-  [[nodiscard]] SurfaceCorrection::Observation observation(const CloudIndex& index) const noexcept {
-    return {index, images().camera, search_.image().observed};
-  }
   /// The motion that the frame lacks by its residuals() and the mean products of `problem`, over so many cells.
   [[nodiscard]] const PoseBelief& pose_by(const EstimateProblem& problem, std::span<const float> from_best, float cells,
                                           const PoseBelief& prior) noexcept;

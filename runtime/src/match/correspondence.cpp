@@ -31,47 +31,37 @@ float squared_distance(const std::array<float, 3>& a, const std::array<float, 3>
   return dx * dx + dy * dy + dz * dz;
 }
 
-// Sums up the mass of the positions that have a point nearby. The hint decides most of them; the others are collected
-// and searched sixteen at a time.
-class Coverage {
+// The hint decides most positions; the others are collected and searched sixteen at a time.
+class ShownSearch {
  public:
-  Coverage(const CloudIndex& index, float distance, std::size_t positions)
-      : index_(index), squared_(distance * distance) {
-    waiting_.nearest.tests_left = most_hard_tests(index, positions);
+  ShownSearch(const CloudIndex& index, float distance, std::span<std::uint8_t> is_shown)
+      : index_(index), squared_(distance * distance), is_shown_(is_shown) {
+    waiting_.nearest.tests_left = most_hard_tests(index, is_shown.size());
   }
 
-  void add(const std::array<float, 3>& position, double mass) noexcept {
-    all_ += mass;
+  void add(std::size_t place, const std::array<float, 3>& position) noexcept {
     const std::uint32_t hint = index_.hint(position);
-    if (hint != NearestPoint::none && squared_distance(index_.position(hint), position) <= squared_) {
-      seen_ += mass;
-      return;
-    }
+    is_shown_[place] = hint != NearestPoint::none && squared_distance(index_.position(hint), position) <= squared_;
+    if (is_shown_[place]) return;
     waiting_.set(count_, position, NearestPoint::none);
-    mass_[count_] = mass;
+    places_[count_] = place;
     if (++count_ == group) search_waiting();
   }
-  double share() noexcept {
-    search_waiting();
-    return seen_ / all_;
-  }
-
- private:
   void search_waiting() noexcept {
     if (count_ == 0) return;
     for (std::size_t i = count_; i < group; ++i)
       waiting_.set(i, {waiting_.planes[0][0], waiting_.planes[1][0], waiting_.planes[2][0]}, NearestPoint::none);
     waiting_.search(index_, squared_);
-    for (std::size_t i = 0; i < count_; ++i)
-      if (waiting_.nearest.point[i] != NearestPoint::none) seen_ += mass_[i];
+    for (std::size_t i = 0; i < count_; ++i) is_shown_[places_[i]] = waiting_.nearest.point[i] != NearestPoint::none;
     count_ = 0;
   }
 
+ private:
   const CloudIndex& index_;
   float squared_;
-  double seen_ = 0, all_ = 0;
+  std::span<std::uint8_t> is_shown_;
   Group waiting_;
-  double mass_[group];
+  std::size_t places_[group];
   std::size_t count_ = 0;
 };
 
@@ -125,6 +115,7 @@ ObservedSurface::ObservedSurface(const ModelView& model, std::size_t places)
     : model_(model) {
   if (places == 0 && !model.landmark_positions.empty()) places = format::surface_landmarks(model.info.vertices);
   positions_.resize(places > 0 ? places : model.info.vertices);
+  is_shown_.resize(positions_.size());
   if (places == 0) return;
   for (const ReferenceView& reference : model.references) part_mass_.push_back(masses(model, reference, places));
 }
@@ -143,15 +134,28 @@ void ObservedSurface::take(std::uint32_t sample, const ReferenceView& reference)
     std::memcpy(&positions_[v], nodes + std::size_t{3} * reference.vertex_nodes[v], sizeof(positions_[v]));
 }
 
-std::span<const double> ObservedSurface::mass(const ReferenceView& reference) const noexcept {
-  if (part_mass_.empty()) return reference.mass;
-  return part_mass_[static_cast<std::size_t>(&reference - model_.references.data())];
+[[gnu::cold]] void ObservedSurface::add(const ObservedSurface& other) noexcept {
+  for (std::size_t i = 0; i < is_shown_.size(); ++i) is_shown_[i] |= other.is_shown_[i];
 }
 
-float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions, std::span<const double> mass,
-               float trusted_distance) noexcept {
-  Coverage coverage(index, trusted_distance, positions.size());
-  for (std::size_t v = 0; v < positions.size(); ++v) coverage.add(positions[v], mass[v]);
-  return static_cast<float>(coverage.share());
+float ObservedSurface::coverage(const ReferenceView& reference) const noexcept {
+  if (part_mass_.empty()) return share_shown(is_shown_, reference.mass);
+  return share_shown(is_shown_, part_mass_[static_cast<std::size_t>(&reference - model_.references.data())]);
+}
+
+void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float distance,
+                std::span<std::uint8_t> is_shown) noexcept {
+  ShownSearch search(index, distance, is_shown);
+  for (std::size_t i = 0; i < positions.size(); ++i) search.add(i, positions[i]);
+  search.search_waiting();
+}
+
+[[gnu::cold]] float share_shown(std::span<const std::uint8_t> is_shown, std::span<const double> mass) noexcept {
+  double shown = 0, all = 0;
+  for (std::size_t i = 0; i < is_shown.size(); ++i) {
+    all += mass[i];
+    if (is_shown[i]) shown += mass[i];
+  }
+  return static_cast<float>(shown / all);
 }
 }  // namespace lbea

@@ -39,8 +39,15 @@ std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<flo
                          Positions& corresponding, std::span<std::uint32_t> points = {},
                          std::uint32_t most_tests = NearestPoints::unlimited) noexcept;
 
-/// The observed surface, for the coverage: all vertices of a sample, or its landmarks where the model has them; or the
-/// places of an estimate.
+/// is_shown[i] = whether an indexed point is within `distance` of position i.
+void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float distance,
+                std::span<std::uint8_t> is_shown) noexcept;
+
+/// The mass of the shown positions, over the mass of all.
+[[nodiscard]] float share_shown(std::span<const std::uint8_t> is_shown, std::span<const double> mass) noexcept;
+
+/// The observed surface, of which a frame shows a share, the coverage: all vertices of a sample, or its landmarks where
+/// the model has them; or the places of an estimate.
 class ObservedSurface {
  public:
   /// places: of estimates; 0: for samples. Allocates all memory.
@@ -50,18 +57,19 @@ class ObservedSurface {
   void take(std::uint32_t sample, const ReferenceView& reference) noexcept;
   /// The same of an estimate. planes: of x, y and z, `stride` values each. Does not allocate.
   void take(std::span<const float> planes, std::size_t stride) noexcept;
-  [[nodiscard]] std::span<const std::array<float, 3>> positions() const noexcept { return positions_; }
-  /// The mass that each position represents.
-  [[nodiscard]] std::span<const double> mass(const ReferenceView& reference) const noexcept;
+  /// Finds what the frame shows, by points within `trusted_distance`. Does not allocate.
+  void compare(const CloudIndex& index, float trusted_distance) noexcept {
+    find_shown(index, positions_, trusted_distance, is_shown_);
+  }
+  /// Adds what the frame of another rig shows of the same estimate.
+  void add(const ObservedSurface& other) noexcept;
+  /// The share of the surface's mass that is shown.
+  [[nodiscard]] float coverage(const ReferenceView& reference) const noexcept;
 
  private:
   const ModelView& model_;
   std::vector<std::array<float, 3>> positions_;
+  std::vector<std::uint8_t> is_shown_;
   std::vector<std::vector<double>> part_mass_;  // per reference; none if the positions are those of all vertices
 };
-
-/// The share of the surface that the frame shows: the mass of the vertices (placed at `positions`) with a point
-/// within `trusted_distance`, over the mass of all.
-[[nodiscard]] float coverage(const CloudIndex& index, std::span<const std::array<float, 3>> positions,
-                             std::span<const double> mass, float trusted_distance) noexcept;
 }  // namespace lbea

@@ -133,13 +133,18 @@ void Matcher::State::remember(MatchResult& result) noexcept {
 }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
+  result.coverage = cover();
+  result.status = status_of(result.coverage);
+  result.elapsed_ns.coverage += watch.lap_ns();
+}
+
+float Matcher::State::cover() noexcept {
   if (fitter)
     surface->take(fitter->correction().surface(), fitter->correction().stride());
   else
     surface->take(ranked().front().sample, *reference);
-  result.coverage = coverage(index, surface->positions(), surface->mass(*reference), config.trusted_distance);
-  result.elapsed_ns.coverage += watch.lap_ns();
-  result.status = result.coverage < config.min_coverage ? Status::low_coverage : Status::ok;
+  surface->compare(index, config.trusted_distance);
+  return surface->coverage(*reference);
 }
 
 /// Those of the estimate: a combination of samples has the combination of their coefficients.

@@ -50,6 +50,11 @@ struct Matcher::State {
   [[nodiscard]] std::optional<PoseMeasurement> pose_by_points() noexcept;
   void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
+  /// Returns the coverage.
+  float cover() noexcept;
+  [[nodiscard]] Status status_of(float coverage) const noexcept {
+    return coverage < config.min_coverage ? Status::low_coverage : Status::ok;
+  }
   void publish(MatchResult& result) noexcept;
   void publish_coefficients(MatchResult& result) noexcept;
   void publish_matches(std::span<const RankedSample> best_first, MatchResult& result) noexcept;

@@ -11,6 +11,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr double unit = 0x1p-24;  // of the relative rounding error
 }  // namespace
 
+[[gnu::cold]]  // compiled for size
 PositionSearch::PositionSearch(const ModelView& model, const ReferenceView& reference, const Kernels& code)
     : model_(model),
       reference_(reference),

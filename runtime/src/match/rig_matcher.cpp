@@ -43,9 +43,7 @@ void RigMatcher::State::match_alone(std::size_t rig, Frame frame) noexcept {
   captures[rig].times = alone.elapsed_ns;
   results[rig] = {alone.fit, {}, alone.status, Verdict::unknown, alone.points, false};
   if (!is_indexed) return;
-  const float shown = matcher.fitter->shown_share(matcher.fitter->search().sample(0));
-  results[rig].coverage = std::min(shown, 1.0f);
-  results[rig].status = shown < matcher.config.min_coverage ? Status::low_coverage : Status::ok;
+  captures[rig].shown = std::min(matcher.fitter->shown_share(matcher.fitter->search().sample(0)), 1.0f);
   results[rig].verdict = matcher.fitter->verdict();
 }
 
@@ -56,7 +54,10 @@ MatchResult RigMatcher::State::combine() noexcept {
   compare_clocks();
   find_latest();
   choose_evidence(result);
-  if (used == 0) return result;
+  if (used == 0) {
+    cover(result);
+    return result;
+  }
   Stopwatch watch;
   joint_history.begin_frame(result.stamp_ns);
   FrameExpectation expected = joint_history.expectation();
@@ -65,18 +66,41 @@ MatchResult RigMatcher::State::combine() noexcept {
   do {
     result.fit = fitter.fit(std::span(evidence).first(used), &expected);
     corrects = !is_contradicted();
-    if (corrects) fitter.correct(result.fit);
+    if (corrects)
+      fitter.correct(result.fit);
+    else
+      fitter.begin_correction();
   } while (move_poses(corrects));
   if (!corrects)
     result.fit.error_90 = FitNumbers{}.error_90;
   else if (fitter.is_explained())
     refine_clocks();
   result.elapsed_ns.fit += watch.lap_ns();
-  result.coverage = fitter.shown_share();
-  result.status = result.coverage < matchers[lead]->config.min_coverage ? Status::low_coverage : Status::ok;
+  cover(result);
+  result.elapsed_ns.coverage += watch.lap_ns();
   remember(result);
   publish(result);
   return result;
+}
+
+/// By the joint estimate at the time of each rig's frame; of a rig that the result does not rest on, by its own one.
+void RigMatcher::State::cover(MatchResult& result) noexcept {
+  fitter.side_by_side(matchers.size(), [this](std::size_t rig) {
+    if (is_indexed(rig)) cover(rig);
+  });
+  if (used == 0) return;
+  Matcher::State& first = *matchers[lead];
+  for (std::size_t rig = lead + 1; rig < matchers.size(); ++rig)
+    if (results[rig].is_used) first.surface->add(*matchers[rig]->surface);
+  result.coverage = first.surface->coverage(*first.reference);
+  result.status = first.status_of(result.coverage);
+}
+
+void RigMatcher::State::cover(std::size_t rig) noexcept {
+  Matcher::State& matcher = *matchers[rig];
+  if (!results[rig].is_used) matcher.fitter->begin_correction(matcher.fitter->estimate(), matcher.index);
+  results[rig].coverage = matcher.cover();
+  results[rig].status = matcher.status_of(results[rig].coverage);
 }
 
 /// A rig from which nothing is hidden tells the time of a first frame.
@@ -126,7 +150,7 @@ bool RigMatcher::State::is_contradicted() const noexcept {
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
     const RigResult& alone = results[rig];
     if (!alone.is_used && is_in_time(rig) && alone.verdict == Verdict::no_simulation_fits &&
-        alone.coverage >= least_bounded)
+        captures[rig].shown >= least_bounded)
       return true;
   }
   return false;
@@ -138,10 +162,10 @@ void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   constexpr float nearly = 0.8f;
   float shown = 0;  // by explained frames
   for (std::size_t rig = 0; rig < matchers.size(); ++rig)
-    if (is_explained(rig) && is_in_time(rig)) shown = std::max(shown, results[rig].coverage);
+    if (is_explained(rig) && is_in_time(rig)) shown = std::max(shown, captures[rig].shown);
   used = 0;
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
-    const bool counts = is_explained(rig) || (is_indexed(rig) && nearly * results[rig].coverage >= shown);
+    const bool counts = is_explained(rig) || (is_indexed(rig) && nearly * captures[rig].shown >= shown);
     results[rig].is_used = counts && is_in_time(rig);
     if (!results[rig].is_used) continue;
     if (used == 0) lead = rig;

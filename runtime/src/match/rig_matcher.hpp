@@ -26,6 +26,8 @@ struct RigMatcher::State {
   [[nodiscard]] bool awaits_impact(std::size_t rig) const noexcept;
   [[nodiscard]] bool move_poses(bool by_points) noexcept;
   [[nodiscard]] bool move_pose(std::size_t rig, bool by_points) noexcept;
+  void cover(MatchResult& result) noexcept;
+  void cover(std::size_t rig) noexcept;
   void begin_test(FrameExpectation& first) const noexcept;
   [[nodiscard]] double earliest_s() const noexcept;
   [[nodiscard]] bool is_contradicted() const noexcept;
@@ -49,6 +51,7 @@ struct RigMatcher::State {
     std::span<const Point> points{};
     bool has_frame = false;
     std::size_t place = 0;  // in the evidence
+    float shown = 0;        // cells that the frame shows, relative to those that its best sample fills
     StageTimes times{};     // of the frame alone
   };
 

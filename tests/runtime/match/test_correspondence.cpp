@@ -84,6 +84,17 @@ TEST_CASE("the guess never changes the result, not even where searches are cut")
   }
 }
 
+namespace {
+
+float coverage(const CloudIndex& index, std::span<const Position> surface, const std::vector<double>& mass,
+               float distance) {
+  std::vector<std::uint8_t> is_shown(surface.size());
+  find_shown(index, surface, distance, is_shown);
+  return share_shown(is_shown, mass);
+}
+
+}  // namespace
+
 TEST_CASE("coverage is the seen share of the mass") {
   const std::vector<Position> surface{{0, 0, 0}, {10, 0, 0}, {20, 0, 0}};
   const std::vector<double> mass{1, 2, 5};

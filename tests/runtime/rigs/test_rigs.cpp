@@ -75,6 +75,34 @@ TEST_CASE("two rigs that see both sides name the sample that they see, and rest 
   }
 }
 
+TEST_CASE("coverage is the share that any rig shows, and each rig's own") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = positions_of(two.model, 12);
+  auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+  std::erase_if(above, [](const Point& p) { return p.y > 0; });  // across, from -45 to 45 mm; one sensor looks up
+  std::erase_if(below, [](const Point& p) { return p.y > 0; });
+  const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+  for (const RigResult& rig : matcher.rigs()) {
+    CHECK(rig.is_used);
+    CHECK(rig.coverage > 0.4f);
+    CHECK(rig.coverage < 0.65f);
+  }
+  CHECK(result.coverage > 0.95f);
+}
+
+// It was the share of the depth image's cells that a frame fills, also where its points are far from the component.
+TEST_CASE("a rig whose points are not on the component covers none of it") {
+  TwoRigs two;
+  two.rigs[1].T_reference_sensor[11] += 20;
+  RigMatcher matcher = two.matcher();
+  const auto above = seen_from(two.sensors[0], bent(0)), below = seen_from(two.sensors[1], bent(0), 2);
+  (void)matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+  CHECK(matcher.rigs()[0].coverage > 0.9f);
+  CHECK(matcher.rigs()[1].coverage < 0.2f);
+  CHECK(matcher.rigs()[1].status == Status::low_coverage);
+}
+
 TEST_CASE("shares of the joint estimate add up to 1, and its lists have the promised sizes") {
   const TwoRigs two;
   RigMatcher matcher = two.matcher();
