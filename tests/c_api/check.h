@@ -34,7 +34,7 @@ void channels_are_given(const char* plates);
 void structs_grow(const char* model_file); /* test_c_structs.c */
 
 /* test_c_fit.c */
-void depth_images_decide(const char* model_file, const char* sensor_json);
+void depth_images_decide(const char* model_file, const char* sensor_json, const char* frames);
 
 /* test_c_forecast.c */
 void the_end_is_forecast(const char* plates, const char* demo, const char* sensor_json, const char* frames);

@@ -300,7 +300,7 @@ int main(int argc, char** argv) {
   every_sample_finds_itself(model, LBEA_METHOD_VTP);
   frames_are_refused_in_words(model);
   a_test_is_followed(model, argv[2]);
-  depth_images_decide(argv[2], argv[3]);
+  depth_images_decide(argv[2], argv[3], argv[4]);
   the_end_is_forecast(argv[1], argv[2], argv[3], argv[4]);
   pose_errors_are_corrected(argv[1], argv[2], argv[3], argv[4]);
   several_rigs_give_one_answer(argv[1], argv[2], argv[3], argv[4]);

@@ -95,7 +95,8 @@ void FrameDepthImage::build(const CloudIndex& index) noexcept {
     points += points_[c] = total(c, &CellTally::Sum::points);
     filled += points_[c] > 0 ? 1.0f : 0.0f;
   }
-  constexpr float share_of_mean = 0.25f;
+  constexpr float share_of_mean = 0.25f, fewest_per_filled = 1.582f;
+  is_sparse_ = points < fewest_per_filled * filled;
   const float fewest = share_of_mean * points / std::max(filled, 1.0f);
   for (std::size_t c = 0; c < cells; ++c)
     cells_[c] = points_[c] > 0 && points_[c] >= fewest ? total(c, &CellTally::Sum::depth) / points_[c] : nothing_seen;

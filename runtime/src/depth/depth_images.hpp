@@ -169,5 +169,9 @@ class FrameDepthImage {
   std::vector<CellTally> tallies_;  // one more than there are cells, for points outside
   std::vector<float> points_, cells_;
 };
+  /// Whether a filled cell holds less than 1 / (1 - exp(-1)) points on average, as with less than one independent point
+  /// per cell.
+  [[nodiscard]] bool is_sparse() const noexcept { return is_sparse_; }
 
 }  // namespace lbea
+  bool is_sparse_ = false;

@@ -48,7 +48,11 @@ void CandidateSearch::build_image(const CloudIndex& index) noexcept {
 
 void CandidateSearch::search(std::span<const RankedSample> proposed, const FramePrior& prior) noexcept {
   reads_copies_ = true;
-  image_ = {.observed = limited_, .is_hidden = true, .prior = prior.pose, .points = frame_.points()};
+  image_ = {.observed = limited_,
+            .is_hidden = true,
+            .prior = prior.pose,
+            .points = frame_.points(),
+            .is_sparse = frame_.is_sparse()};
   FrameExpectation expectation = prior.expectation != nullptr ? *prior.expectation : FrameExpectation{};
   earliest_s_ = std::numeric_limits<double>::infinity();
   const FrameExpectation* expected = prior.expectation != nullptr ? &expectation : nullptr;

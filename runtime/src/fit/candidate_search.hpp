@@ -17,6 +17,7 @@ struct FrameImage {
   const PoseBelief* prior = nullptr;
   std::span<const float> points{};  // cells() numbers of points
   bool knows_hidden = false;        // only cells that are not_observed may be hidden
+  bool is_sparse = false;           // FrameDepthImage::is_sparse()
 };
 
 /// What the earlier frames of the test say about a frame.

@@ -305,8 +305,9 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
       return lbea::square(of->views().expected_residual(simulations_.nearest_later(sample, later)));
     });
     limit += share * fitter->images().misfit_limit;
-    shown += share * std::min(fitter->shown_share(simulations_.nearest_later(best, later_s)), 1.0f);
-    gives_verdicts = gives_verdicts && fitter->gives_verdicts();
+    const float shown_by_rig = std::min(fitter->shown_share(simulations_.nearest_later(best, later_s)), 1.0f);
+    shown += share * shown_by_rig;
+    gives_verdicts = gives_verdicts && fitter->gives_verdicts() && !fitter->is_sparse(shown_by_rig);
     if (fitter->is_hidden() != is_hidden_) continue;
     per_spread += share * fitter->error_per_spread();
     bounded += share;

@@ -160,12 +160,17 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
   verdict_ = Verdict::unknown;
   error_90_ = std::numeric_limits<float>::quiet_NaN();
   const float shown = shown_share(search_.sample(0));
-  if (!has_expectation_ || shown < least_judged) return;
+  if (!has_expectation_ || shown < least_judged || is_sparse(shown)) return;
   const DepthImages& images = *views_.data();
   if (error_per_spread() > 0) error_90_ = error_per_spread() * result.spread;
   if (shown >= least_bounded || !is_hidden()) result.error_90 = error_90_;
   set_misfit(result);
   verdict_ = weights_.verdict(result.misfit, images.misfit_limit, estimate_.from_best());
+}
+
+bool SurfaceFitter::is_sparse(float shown_share) const noexcept {
+  constexpr float filled_by_chance = 0.632f;  // 1 - exp(-1): of the cells, by one independent point per cell
+  return search_.image().is_sparse && shown_share < filled_by_chance;
 }
 
 float SurfaceFitter::shown_share(std::uint32_t sample) const noexcept {

@@ -71,6 +71,8 @@ class SurfaceFitter {
   void update(HiddenCells& hidden) noexcept { search_.update(hidden); }
   /// Number of cells that the frame shows, relative to those that a sample fills.
   [[nodiscard]] float shown_share(std::uint32_t sample) const noexcept;
+  /// Whether cells of the last frame may be empty by chance, so that nothing tells whether a simulation fits.
+  [[nodiscard]] bool is_sparse(float shown_share) const noexcept;
   /// A sample's squared residual, tolerant of edges, of what the frame shows, in squared length units; after
   /// interpolation to the state before or after it, if less than half remains then.
   [[nodiscard]] float judged_square(std::uint32_t sample) noexcept;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -57,6 +58,28 @@ TEST_CASE("a sensor that loses a strip at the edges, or widens them, still sees 
         CHECK(result.verdict == Verdict::matched);
       }
     }
+}
+
+// Frames with 390 points of a run in the ensemble were of no simulation: most cells were empty by chance.
+TEST_CASE("a frame with less than one point per cell says nothing about whether a simulation fits") {
+  const AlignedBytes bytes = seen_plates_model();
+  const Model model = Model::view(bytes.span());
+  MatcherConfig config = fit_config();
+  config.min_coverage = 0;
+  Matcher matcher(model, config);
+  const auto filled = static_cast<std::size_t>(std::ranges::count_if(
+      SensorViews::baked_into(model).data()->of_sample(0), [](auto d) { return d != empty_cell; }));
+  std::mt19937 random(1);
+  for (const double angle : {0.0, 0.2, 0.5, 0.8}) {
+    std::vector<Point> points = seen(bent(angle));
+    std::ranges::shuffle(points, random);
+    CHECK(matcher.match({.points = std::span(points).first(3 * filled)}).verdict == Verdict::matched);
+    for (const std::size_t count : {filled / 4, filled / 2, 3 * filled / 4}) {
+      const MatchResult result = matcher.match({.points = std::span(points).first(count)});
+      CHECK(result.verdict == Verdict::unknown);
+      CHECK(std::isnan(result.fit.error_90));
+    }
+  }
 }
 
 // An undeformed rail of which one half was hidden had a bound of 2 mm, and an error of 19.
