@@ -72,7 +72,7 @@ TEST_CASE("the answer names the verdict, and as many simulations as are needed t
   // Probabilities compare the simulations with each other; they do not say that one fits.
   CHECK(text(WireVerdict::no_simulation_fits, {{2, 1.0f}}) == "NO SIMULATION FITS, misfit 2.17; nearest: plate_2");
   CHECK(text(WireVerdict::unknown, {{9, 0.95f}}) == "no verdict; likeliest: 9 (95 %)");
-  CHECK(answer_text({}, plate_names) == "no verdict: no frame was informative, or the method is not fit");
+  CHECK(answer_text({}, plate_names) == "no verdict: no frame shows enough of the component, or the method is not fit");
 }
 
 TEST_CASE("a result of several rigs names those that it rests on") {

@@ -349,8 +349,8 @@ struct NumberInfo {
 struct FrameNumbers {
   float coverage = 0;
 };
-inline constexpr std::array frame_numbers{NumberInfo<FrameNumbers>{
-    "coverage", &FrameNumbers::coverage, "share of the observed surface that the frame shows"}};
+inline constexpr std::array frame_numbers{
+    NumberInfo<FrameNumbers>{"coverage", &FrameNumbers::coverage, "share of the surface in view that the frame shows"}};
 
 /// Numbers of a frame, by Method::fit; NaN with the other methods.
 struct FitNumbers {

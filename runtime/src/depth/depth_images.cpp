@@ -74,6 +74,18 @@ float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
 float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
 float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }
 
+CameraPlace DepthCamera::place_of(const std::array<float, 3>& position) const noexcept {
+  std::array<float, 3> of_camera{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t k = 0; k < 3; ++k)
+      of_camera[axis] += (position[k] - T_reference_sensor[4 * k + 3]) * T_reference_sensor[4 * k + axis];
+  const float depth = of_camera[2], column = center_column + focal * of_camera[0] / depth,
+              row = center_row + focal * of_camera[1] / depth;
+  const bool is_inside =
+      depth > 0 && column >= 0 && column < static_cast<float>(columns) && row >= 0 && row < static_cast<float>(rows);
+  return {depth, is_inside ? static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column) : cells()};
+}
+
 FrameDepthImage::FrameDepthImage(const DepthCamera& camera)
     : raster_{camera.focal,          camera.center_column, camera.center_row, camera.depth_origin,
               1 / camera.depth_step, camera.columns,       camera.rows},

@@ -21,6 +21,11 @@ template <typename Real = float>
   return Real{v} * Real{v};
 }
 
+struct CameraPlace {
+  float depth;       // along the optical axis, length unit
+  std::size_t cell;  // outside the image: the number of cells
+};
+
 /// The sensor's left camera with its pixels combined into square cells. Cell (0, 0) is the corner of the part of the
 /// image that any sample can fill.
 struct DepthCamera {
@@ -31,6 +36,8 @@ struct DepthCamera {
   std::uint32_t columns = 0, rows = 0;
 
   [[nodiscard]] std::size_t cells() const noexcept { return std::size_t{columns} * rows; }
+  /// Where the camera sees a position of the reference frame.
+  [[nodiscard]] CameraPlace place_of(const std::array<float, 3>& position) const noexcept;
 };
 
 /// Each image is padded with empty cells to whole 64-byte lines.
@@ -162,16 +169,16 @@ class FrameDepthImage {
   [[nodiscard]] std::span<float> cells() noexcept { return cells_; }
   /// cells() numbers of points.
   [[nodiscard]] std::span<const float> points() const noexcept { return points_; }
+  /// Whether a filled cell holds less than 1 / (1 - exp(-1)) points on average, as with less than one independent point
+  /// per cell.
+  [[nodiscard]] bool is_sparse() const noexcept { return is_sparse_; }
 
  private:
   CellRaster raster_;
   RigidTransform T_sensor_reference_;
   std::vector<CellTally> tallies_;  // one more than there are cells, for points outside
   std::vector<float> points_, cells_;
+  bool is_sparse_ = false;
 };
-  /// Whether a filled cell holds less than 1 / (1 - exp(-1)) points on average, as with less than one independent point
-  /// per cell.
-  [[nodiscard]] bool is_sparse() const noexcept { return is_sparse_; }
 
 }  // namespace lbea
-  bool is_sparse_ = false;

@@ -120,18 +120,11 @@ class Strip {
   float half_width_, thickness_;
 };
 
-/// Of the frame, in the cell of a line of sight; not a number if that is empty.
-float depth_at(const Vector& sight, float depth, const SurfaceCorrection::Observation& seen) noexcept {
-  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+/// Of the frame; not a number if the cell is empty or outside the image.
+float depth_in(std::size_t cell, const SurfaceCorrection::Observation& seen) noexcept {
   const DepthCamera& camera = seen.camera;
-  const auto& T = camera.T_reference_sensor;
-  const float column = camera.center_column + camera.focal * dot(sight, {T[0], T[4], T[8]}) / depth,
-              row = camera.center_row + camera.focal * dot(sight, {T[1], T[5], T[9]}) / depth;
-  if (!(depth > 0 && column >= 0 && column < static_cast<float>(camera.columns) && row >= 0 &&
-        row < static_cast<float>(camera.rows)))
-    return none;
-  const float steps = seen.depth[static_cast<std::size_t>(row) * camera.columns + static_cast<std::size_t>(column)];
-  return steps < 0 ? none : camera.depth_origin + camera.depth_step * steps;
+  if (cell >= camera.cells() || seen.depth[cell] < 0) return std::numeric_limits<float>::quiet_NaN();
+  return camera.depth_origin + camera.depth_step * seen.depth[cell];
 }
 
 }  // namespace
@@ -248,8 +241,8 @@ void SurfaceCorrection::measure(std::size_t node, const Observation& seen) noexc
   const auto& T = seen.camera.T_reference_sensor;
   Vector sight = vector_at(shape_, shapes_.stride(), node), place = sight;
   for (std::size_t k = 0; k < 3; ++k) sight[k] -= T[4 * k + 3];  // from the eye
-  const float depth = dot(sight, {T[2], T[6], T[10]}), cell = depth / seen.camera.focal;
-  const float farther = depth_at(sight, depth, seen) - depth;
+  const auto [depth, camera_cell] = seen.camera.place_of(place);
+  const float cell = depth / seen.camera.focal, farther = depth_in(camera_cell, seen) - depth;
   if (!(std::abs(farther) < reach * cell)) return;
   for (std::size_t k = 0; k < 3; ++k) place[k] += sight[k] * farther / depth;
   Moments moments(place, width * cell);

@@ -116,6 +116,7 @@ ObservedSurface::ObservedSurface(const ModelView& model, std::size_t places)
   if (places == 0 && !model.landmark_positions.empty()) places = format::surface_landmarks(model.info.vertices);
   positions_.resize(places > 0 ? places : model.info.vertices);
   is_shown_.resize(positions_.size());
+  is_unseen_.resize(positions_.size());
   if (places == 0) return;
   for (const ReferenceView& reference : model.references) part_mass_.push_back(masses(model, reference, places));
 }
@@ -134,13 +135,34 @@ void ObservedSurface::take(std::uint32_t sample, const ReferenceView& reference)
     std::memcpy(&positions_[v], nodes + std::size_t{3} * reference.vertex_nodes[v], sizeof(positions_[v]));
 }
 
+void ObservedSurface::leave_out_unseen(const DepthCamera& camera, std::span<const std::uint16_t> image) noexcept {
+  constexpr float farthest_behind = 2;  // in cells
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    const auto [depth, cell] = camera.place_of(positions_[i]);
+    const std::uint16_t shown = cell < camera.cells() ? image[cell] : empty_cell;
+    const float before = depth - (camera.depth_origin + camera.depth_step * static_cast<float>(shown));
+    is_unseen_[i] = shown == empty_cell || before > farthest_behind * depth / camera.focal;
+  }
+}
+
 [[gnu::cold]] void ObservedSurface::add(const ObservedSurface& other) noexcept {
-  for (std::size_t i = 0; i < is_shown_.size(); ++i) is_shown_[i] |= other.is_shown_[i];
+  for (std::size_t i = 0; i < is_shown_.size(); ++i) {
+    is_shown_[i] |= other.is_shown_[i];
+    is_unseen_[i] &= other.is_unseen_[i];
+  }
 }
 
 float ObservedSurface::coverage(const ReferenceView& reference) const noexcept {
-  if (part_mass_.empty()) return share_shown(is_shown_, reference.mass);
-  return share_shown(is_shown_, part_mass_[static_cast<std::size_t>(&reference - model_.references.data())]);
+  const auto mass =
+      part_mass_.empty()
+          ? reference.mass
+          : std::span<const double>(part_mass_[static_cast<std::size_t>(&reference - model_.references.data())]);
+  double shown = 0, all = 0;
+  for (std::size_t i = 0; i < is_shown_.size(); ++i) {
+    if (is_shown_[i]) shown += mass[i];
+    if (is_shown_[i] || !is_unseen_[i]) all += mass[i];
+  }
+  return all > 0 ? static_cast<float>(shown / all) : 0;
 }
 
 void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float distance,
@@ -148,14 +170,5 @@ void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> p
   ShownSearch search(index, distance, is_shown);
   for (std::size_t i = 0; i < positions.size(); ++i) search.add(i, positions[i]);
   search.search_waiting();
-}
-
-[[gnu::cold]] float share_shown(std::span<const std::uint8_t> is_shown, std::span<const double> mass) noexcept {
-  double shown = 0, all = 0;
-  for (std::size_t i = 0; i < is_shown.size(); ++i) {
-    all += mass[i];
-    if (is_shown[i]) shown += mass[i];
-  }
-  return static_cast<float>(shown / all);
 }
 }  // namespace lbea

@@ -2,6 +2,7 @@
 // a sample's surface with a point nearby.
 #pragma once
 
+#include "runtime/src/depth/depth_images.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/model/model_view.hpp"
 
@@ -43,9 +44,6 @@ std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<flo
 void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float distance,
                 std::span<std::uint8_t> is_shown) noexcept;
 
-/// The mass of the shown positions, over the mass of all.
-[[nodiscard]] float share_shown(std::span<const std::uint8_t> is_shown, std::span<const double> mass) noexcept;
-
 /// The observed surface, of which a frame shows a share, the coverage: all vertices of a sample, or its landmarks where
 /// the model has them; or the places of an estimate.
 class ObservedSurface {
@@ -57,19 +55,22 @@ class ObservedSurface {
   void take(std::uint32_t sample, const ReferenceView& reference) noexcept;
   /// The same of an estimate. planes: of x, y and z, `stride` values each. Does not allocate.
   void take(std::span<const float> planes, std::size_t stride) noexcept;
+  /// Leaves out what a camera cannot see: where the depth image of a similar shape is empty, or shows what is before
+  /// it.
+  void leave_out_unseen(const DepthCamera& camera, std::span<const std::uint16_t> image) noexcept;
   /// Finds what the frame shows, by points within `trusted_distance`. Does not allocate.
   void compare(const CloudIndex& index, float trusted_distance) noexcept {
     find_shown(index, positions_, trusted_distance, is_shown_);
   }
   /// Adds what the frame of another rig shows of the same estimate.
   void add(const ObservedSurface& other) noexcept;
-  /// The share of the surface's mass that is shown.
+  /// The share that is shown, by mass.
   [[nodiscard]] float coverage(const ReferenceView& reference) const noexcept;
 
  private:
   const ModelView& model_;
   std::vector<std::array<float, 3>> positions_;
-  std::vector<std::uint8_t> is_shown_;
+  std::vector<std::uint8_t> is_shown_, is_unseen_;
   std::vector<std::vector<double>> part_mass_;  // per reference; none if the positions are those of all vertices
 };
 }  // namespace lbea

@@ -139,10 +139,12 @@ void Matcher::State::cover(MatchResult& result) noexcept {
 }
 
 float Matcher::State::cover() noexcept {
-  if (fitter)
+  if (fitter) {
     surface->take(fitter->correction().surface(), fitter->correction().stride());
-  else
+    surface->leave_out_unseen(fitter->images().camera, fitter->images().of_sample(fitter->search().sample(0)));
+  } else {
     surface->take(ranked().front().sample, *reference);
+  }
   surface->compare(index, config.trusted_distance);
   return surface->coverage(*reference);
 }

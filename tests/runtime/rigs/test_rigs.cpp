@@ -91,6 +91,20 @@ TEST_CASE("coverage is the share that any rig shows, and each rig's own") {
   CHECK(result.coverage > 0.95f);
 }
 
+// The whole surface counted: from the right pose, a rig that sees a part of it had too little coverage.
+TEST_CASE("what a rig cannot see does not count as not covered") {
+  const TwoRigs two;
+  StereoSensor narrow = rig_below();
+  narrow.width_px = 120;
+  const std::vector<float> positions = positions_of(two.model, 12);
+  const auto whole = seen_from(rig_below(), positions), part = seen_from(narrow, positions);
+  REQUIRE(2 * part.size() < whole.size());
+  const std::vector<Rig> rigs{{narrow.T_reference_sensor, views_from(narrow, two.model)}};
+  RigMatcher matcher(two.model, fit_config(), rigs);
+  matcher.fix_poses();
+  CHECK(matcher.match(std::vector<Frame>{at(1, part)}).coverage > 0.95f);
+}
+
 // It was the share of the depth image's cells that a frame fills, also where its points are far from the component.
 TEST_CASE("a rig whose points are not on the component covers none of it") {
   TwoRigs two;

@@ -94,7 +94,7 @@ std::string used_rigs(const wire::WireResult& result) {
 std::string by_rigs(const wire::WireResult& result) { return result.rigs.empty() ? "" : " by " + used_rigs(result); }
 
 std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names) {
-  if (state.frames == 0) return "no verdict: no frame was informative, or the method is not fit";
+  if (state.frames == 0) return "no verdict: no frame shows enough of the component, or the method is not fit";
   const std::string likely = likely_simulations(state, names);
   const std::string misfit = formatted("misfit %.2f", static_cast<double>(state.misfit));
   if (state.verdict == wire::WireVerdict::no_simulation_fits) return "NO SIMULATION FITS, " + misfit + "; " + likely;

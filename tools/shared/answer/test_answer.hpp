@@ -13,7 +13,7 @@ class TestAnswer {
   /// Adds a published result; the first frame of another session, or after the end of the stream, begins another test.
   /// Returns whether the frame shows the undeformed component.
   bool add(const wire::WireResult& result);
-  /// Of the latest frame that has one. Without frames: method fit did not match, or no frame was informative.
+  /// Of the latest frame that has one. Without frames: method fit did not match, or no frame shows enough.
   [[nodiscard]] const wire::WireTestState& state() const noexcept { return state_; }
   [[nodiscard]] std::optional<float> undeformed_coverage() const noexcept { return undeformed_.latest(); }
   /// Empty unless the coverage of the undeformed component is low, or the component, or a part of it, has left the
