@@ -135,6 +135,7 @@ struct WireSender {
   std::uint64_t first_id = 0, next_id = 0;
   std::uint64_t received = 0, missed = 0, withheld = 0;
   SenderCondition condition = SenderCondition::active;
+  std::string rig{};  // of several: the one that it sends the frames of
   friend bool operator==(const WireSender&, const WireSender&) = default;
 };
 

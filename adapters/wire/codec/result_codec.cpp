@@ -261,13 +261,15 @@ WireForecast read(const schema::Forecast* from) {
 }
 
 Offset<schema::Sender> build(FlatBufferBuilder& builder, const WireSender& sender) {
+  const Offset<flatbuffers::String> rig = sender.rig.empty() ? 0 : builder.CreateString(sender.rig);
   return schema::CreateSender(builder, sender.session, sender.first_id, sender.next_id, sender.received, sender.missed,
-                              sender.withheld, static_cast<schema::SenderCondition>(sender.condition));
+                              sender.withheld, static_cast<schema::SenderCondition>(sender.condition), rig);
 }
 
 WireSender read(const schema::Sender& from) {
   const auto condition = static_cast<SenderCondition>(from.condition());
-  return {from.session(), from.first_id(), from.next_id(), from.received(), from.missed(), from.withheld(), condition};
+  return {from.session(), from.first_id(), from.next_id(), from.received(),
+          from.missed(),  from.withheld(), condition,      from.rig() == nullptr ? "" : from.rig()->str()};
 }
 
 Offset<schema::Recording> build(FlatBufferBuilder& builder, const std::optional<WireRecording>& recording) {

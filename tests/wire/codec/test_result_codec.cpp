@@ -209,7 +209,7 @@ TEST_CASE("a result may have a thousand matches") {
 
 TEST_CASE("a state is decoded unchanged") {
   const ModelSummary model{"rail.lbea", 7, 8, 9, 10, 11, "mm", {"run_001", "", "run_003"}};
-  const std::vector<WireSender> senders{{1, 2, 30, 20, 5, 3, SenderCondition::silent}, {}};
+  const std::vector<WireSender> senders{{1, 2, 30, 20, 5, 3, SenderCondition::silent, "left"}, {}};
   const WireState state{1,
                         2,
                         3,

@@ -17,7 +17,11 @@ wire::Counters PipelineQueues::counters() const noexcept {
 
 std::vector<wire::WireSender> PipelineQueues::senders() const {
   std::vector<wire::WireSender> all;
-  for (const SharedAccount& account : accounts) std::ranges::copy(account.senders.load(), std::back_inserter(all));
+  for (std::size_t rig = 0; rig < accounts.size(); ++rig)
+    for (wire::WireSender& sender : accounts[rig].senders.load()) {
+      if (!rigs.empty()) sender.rig = rigs[rig].name;
+      all.push_back(std::move(sender));
+    }
   return all;
 }
 

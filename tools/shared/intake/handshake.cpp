@@ -21,14 +21,18 @@ std::optional<wire::WireSender> entry_of(const wire::WireState& state, std::uint
   return own == state.senders.end() ? std::nullopt : std::optional(*own);
 }
 
-std::uint64_t dropped(const wire::WireState& state) {
-  return state.counters.of(wire::WireStatus::queue_full) + state.counters.of(wire::WireStatus::other_sender);
-}
-
-/// Only frames of several rigs are.
-std::uint64_t out_of_step(const wire::WireState& state) {
+/// By the matcher, of all its senders or, if it has several rigs, of those of these rigs.
+std::uint64_t refused(const wire::WireState& state, const std::set<std::string>& rigs,
+                      std::initializer_list<wire::WireStatus> statuses) {
+  const auto of = [&](const wire::Counters& counters) {
+    std::uint64_t frames = 0;
+    for (const wire::WireStatus status : statuses) frames += counters.of(status);
+    return frames;
+  };
+  if (state.rigs.empty()) return of(state.counters);
   std::uint64_t frames = 0;
-  for (const wire::WireRig& rig : state.rigs) frames += rig.counters.of(wire::WireStatus::out_of_step);
+  for (const wire::WireRig& rig : state.rigs)
+    if (rigs.contains(rig.name)) frames += of(rig.counters);
   return frames;
 }
 
@@ -82,15 +86,25 @@ bool Receipts::knew(std::uint64_t session) const {
 }
 
 void Receipts::collect(Handshake& handshake, std::uint64_t session, std::uint64_t next_id) {
-  const auto now = handshake.end(next_id, 0, receipt_timeout);
-  sum_.is_whole = sum_.is_whole && now;
+  if (handshake.end(next_id, 0, receipt_timeout))
+    add(session, handshake.state());
+  else
+    sum_.is_whole = false;
+}
+
+void Receipts::add(std::uint64_t session, const wire::WireState& state) {
+  const auto now = entry_of(state, session);
   if (!now) return;
   const wire::WireSender then = entry_of(before_, session).value_or(wire::WireSender{});
   sum_.received += increase(then.received, now->received);
   sum_.missed += increase(then.missed, now->missed);
   sum_.withheld += increase(then.withheld, now->withheld);
-  sum_.out_of_step = increase(out_of_step(before_), out_of_step(handshake.state()));
-  sum_.dropped = increase(dropped(before_), dropped(handshake.state()));
+  rigs_.insert(now->rig);
+  const auto increase_of = [&](std::initializer_list<wire::WireStatus> statuses) {
+    return increase(refused(before_, rigs_, statuses), refused(state, rigs_, statuses));
+  };
+  sum_.out_of_step = increase_of({wire::WireStatus::out_of_step});
+  sum_.dropped = increase_of({wire::WireStatus::queue_full, wire::WireStatus::other_sender});
 }
 
 std::string receipt_text(const Receipt& receipt) {

@@ -9,6 +9,8 @@
 #include <chrono>
 #include <functional>
 #include <optional>
+#include <set>
+#include <string>
 
 namespace lbea::tool {
 
@@ -58,12 +60,15 @@ class Receipts {
   explicit Receipts(wire::WireState before) : before_(std::move(before)) {}
   /// Ends a session and adds what the matcher reports of it; waits at most 5 s.
   void collect(Handshake& handshake, std::uint64_t session, std::uint64_t next_id);
+  /// Adds what the matcher's state reports of a session. `dropped` and `out_of_step`: of all senders to its rig.
+  void add(std::uint64_t session, const wire::WireState& state);
   /// Whether the matcher had received frames of that session before.
   [[nodiscard]] bool knew(std::uint64_t session) const;
   [[nodiscard]] const Receipt& sum() const noexcept { return sum_; }
 
  private:
   wire::WireState before_;
+  std::set<std::string> rigs_;  // of the sessions, if the matcher has several
   Receipt sum_;
 };
 
