@@ -129,6 +129,7 @@ TEST_CASE("a rig whose clock is 3 ms ahead is found by the impact; then captures
 TEST_CASE("a repeated id of one rig changes neither results nor their replay") {
   Rigs rigs;
   RigCamera left(rigs.context, rigs.left(), 1), right(rigs.context, rigs.right(), 2);
+  for (RigCamera* camera : {&left, &right}) camera->say_hello();
   const std::int64_t impact_ns = wall_clock_ns();
   for (std::size_t step = 0; step < 5; ++step) {
     const std::int64_t stamp_ns = impact_ns + static_cast<std::int64_t>(step) * between_states_ns;
@@ -143,6 +144,9 @@ TEST_CASE("a repeated id of one rig changes neither results nor their replay") {
   CHECK(stop(*rigs.server) == 0);
   const Json tally = Json::parse(text_of(rigs.bench.file("serve.out")));
   CHECK(tally["rigs"]["left"]["rejected_by_reason"]["duplicate"] == 5);
+  const std::string log = text_of(rigs.bench.file("serve.err"));
+  CHECK(log.find("rig left: frame 0: duplicate: ") != std::string::npos);
+  CHECK(log.find("rig right: end of stream before frame 5") != std::string::npos);
   const Outcome replay = rigs.bench.replay("run.mcap --model " LBEA_MODEL " --against --json");
   CAPTURE(replay.err);
   CHECK(replay.exit_code == 0);

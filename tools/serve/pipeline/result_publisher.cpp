@@ -66,8 +66,8 @@ void ResultPublisher::run() noexcept {
 }
 
 void ResultPublisher::write_log() {
+  log_.write(queues_.senders());  // first, for the names of their rigs
   log_.write();
-  log_.write(queues_.senders());
   log_.write(counters());
 }
 

@@ -16,9 +16,13 @@ bool is_identified(wire::WireStatus status) {
 
 constexpr auto log_interval = std::chrono::seconds(1);
 
+std::string prefix_of_rig(const std::string& rig) { return rig.empty() ? "" : "rig " + rig + ": "; }
+
 std::string from(const std::string& address) { return address.empty() ? "" : " from " + address; }
 
 }  // namespace
+
+FrameLog::FrameLog(const std::string& rig) : prefix_(prefix_of_rig(rig)) {}
 
 std::string frames_text(IdRange ids) {
   if (ids.count == 1) return "frame " + std::to_string(ids.first);
@@ -68,11 +72,13 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::clock) {
     write_clock(event);
   } else if (event.kind == Event::Kind::new_session) {
-    if (new_sessions_.is_due()) log_info("{}frame {}: from session {:016x}", prefix_, event.ids.first, event.session);
+    if (new_sessions_.is_due())
+      log_info("{}frame {}: from session {:016x}", prefix_of(event.session), event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {
-    log_info("{}end of stream before frame {} of session {:016x}", prefix_, event.ids.first, event.session);
+    log_info("{}end of stream before frame {} of session {:016x}", prefix_of(event.session), event.ids.first,
+             event.session);
   } else {
-    write_problem(event.status, event.ids);
+    write_problem(event);
   }
 }
 
@@ -95,11 +101,17 @@ void FrameLog::write_refusal(IdRange ids) {
       prefix_, frames_text(ids), refusals_.suppressed_text());
 }
 
-void FrameLog::write_problem(wire::WireStatus status, IdRange ids) {
-  LogLine& line = by_status_[static_cast<std::size_t>(status)];
-  if (!line.is_due(ids.count)) return;
-  const std::string what = is_identified(status) ? frames_text(ids) : "a message";
-  log_warning("{}{}: {}: {}{}", prefix_, what, wire::to_string(status), wire::explain(status), line.suppressed_text());
+void FrameLog::write_problem(const Event& event) {
+  LogLine& line = by_status_[static_cast<std::size_t>(event.status)];
+  if (!line.is_due(event.ids.count)) return;
+  const std::string what = is_identified(event.status) ? frames_text(event.ids) : "a message";
+  log_warning("{}{}: {}: {}{}", prefix_of(event.session), what, wire::to_string(event.status),
+              wire::explain(event.status), line.suppressed_text());
+}
+
+std::string FrameLog::prefix_of(std::uint64_t session) const {
+  const auto sender = std::ranges::find(known_, session, &wire::WireSender::session);
+  return sender == known_.end() || sender->rig.empty() ? prefix_ : prefix_of_rig(sender->rig);
 }
 
 void FrameLog::write(const std::vector<wire::WireSender>& senders) {

@@ -44,7 +44,7 @@ class LogLine {
 class FrameLog {
  public:
   /// rig: one of several, whose name begins the lines about its frames; else empty.
-  explicit FrameLog(const std::string& rig = {}) : prefix_(rig.empty() ? "" : "rig " + rig + ": ") {}
+  explicit FrameLog(const std::string& rig = {});
   // The thread that receives or publishes. Neither function blocks or allocates; what finds no room is counted.
   /// The status of these captures.
   void note(wire::WireStatus status, std::uint64_t session, IdRange ids) noexcept;
@@ -85,7 +85,7 @@ class FrameLog {
   // Another thread.
   /// Logs what was noted since the last call.
   void write();
-  /// The latest list of senders.
+  /// The latest list of senders, which names the rigs in later lines.
   void write(const std::vector<wire::WireSender>& senders);
   /// Warns when the frames of senders alternate.
   void write(const wire::Counters& counters);
@@ -119,7 +119,9 @@ class FrameLog {
   void write(const Event& event);
   void write_clock(const Event& event);
   void write_refusal(IdRange ids);
-  void write_problem(wire::WireStatus status, IdRange ids);
+  void write_problem(const Event& event);
+  /// "rig left: " for the sender of one of several rigs.
+  [[nodiscard]] std::string prefix_of(std::uint64_t session) const;
 
   std::string prefix_;
   Channel<Event> events_{1024};
