@@ -40,7 +40,7 @@ constexpr int keepalive_count = 5;
 constexpr int handshake_ms = 2000;  // then a peer that sends nothing is disconnected
 constexpr int backlog = 1024;       // many unknown connections must not keep a peer from connecting
 constexpr int reconnect_ms = 50;
-constexpr int reconnect_max_ms = 2000;
+constexpr int reconnect_max_ms = 250;  // results that a matcher publishes before are missed
 
 Io outcome(int returned) noexcept {
   if (returned >= 0) return Io::done;
