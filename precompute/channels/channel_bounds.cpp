@@ -22,16 +22,17 @@ std::vector<WeightedIndex> indices(std::span<const std::pair<std::size_t, float>
 }
 
 std::vector<ChannelFrame> compare(std::span<const float> values, std::span<const FrameErrors> frames,
-                                  double error_per_spread) {
+                                  const ErrorBound& error_bound) {
   const std::vector<double> weights = run_weights(frames);
   std::vector<ChannelFrame> compared;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameErrors& frame = frames[i];
     if (!(frame.spread > 0)) continue;  // such frames get no bound
     const double value = weighted_value(values, indices(frame.weights));
+    const double per_spread = error_bound.per_spread_at(frame.spread);
     compared.push_back({weights[i], std::abs(value - double{values[frame.sample]}),
-                        error_per_spread * weighted_deviation(values, indices(frame.plausible), value),
-                        error_per_spread * frame.spread});
+                        per_spread * weighted_deviation(values, indices(frame.plausible), value),
+                        per_spread * frame.spread});
   }
   return compared;
 }
@@ -68,8 +69,8 @@ std::pair<ChannelBound, double> scaled(ChannelBound form, std::span<const Channe
 }  // namespace
 
 ChannelBound learn_channel_bound(std::span<const float> values, std::span<const FrameErrors> frames,
-                                 double error_per_spread) {
-  const std::vector<ChannelFrame> compared = compare(values, frames, error_per_spread);
+                                 const ErrorBound& error_bound) {
+  const std::vector<ChannelFrame> compared = compare(values, frames, error_bound);
   if (compared.empty()) return {};
   const Means means = means_of(compared);
   if (!(means.spread > 0 && means.estimate_error > 0)) return {};

@@ -7,8 +7,8 @@
 namespace lbea::bake {
 
 /// The narrowest bound that holds 90 % of the true values of one more run, of those tried; see share_to_hold().
-/// values: of the channel, per sample. error_per_spread: as in DepthImages.
+/// values: of the channel, per sample. error_bound: as in DepthImages.
 [[nodiscard]] ChannelBound learn_channel_bound(std::span<const float> values, std::span<const FrameErrors> frames,
-                                               double error_per_spread);
+                                               const ErrorBound& error_bound);
 
 }  // namespace lbea::bake

@@ -2,10 +2,12 @@
 
 #include "precompute/left_out/branches.hpp"
 #include "precompute/parallel.hpp"
+#include "runtime/src/numbers/elementary.hpp"
 #include "runtime/src/track/inference.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace lbea::bake {
@@ -70,14 +72,14 @@ std::vector<WeightedRow> rows_of(const SampleTable& table, std::span<const std::
   return rows;
 }
 
-/// Per node or element: the error, and the spread times error_per_spread.
+/// Per node or element: the error, and the spread times the frame's bound per spread.
 struct ComparedFrame {
   double weight = 0;
   std::vector<double> errors;
   std::vector<float> spreads;
 };
 
-ComparedFrame compared(const SampleTable& table, const FrameErrors& frame, double error_per_spread, double weight) {
+ComparedFrame compared(const SampleTable& table, const FrameErrors& frame, const ErrorBound& bound, double weight) {
   Inferred inferred;
   infer(rows_of(table, frame.weights), rows_of(table, frame.plausible), table.components(), inferred);
   const std::vector<float>& truth = table.of(frame.sample);
@@ -87,7 +89,8 @@ ComparedFrame compared(const SampleTable& table, const FrameErrors& frame, doubl
     double& error = result.errors[i / table.components()];
     error = std::hypot(error, off);
   }
-  for (float& spread : result.spreads) spread = static_cast<float>(error_per_spread * double{spread});
+  const double per_spread = bound.per_spread_at(frame.spread);
+  for (float& spread : result.spreads) spread = static_cast<float>(per_spread * double{spread});
   return result;
 }
 
@@ -100,7 +103,7 @@ ComparedFrames compare(const SampleTable& table, const LeftOutEstimates& estimat
   const std::vector<double> weights = run_weights(frames);
   ComparedFrames result{{}, share_to_hold(frames)};
   for (std::size_t i = 0; i < frames.size(); ++i)
-    result.frames.push_back(compared(table, frames[i], estimates.error_per_spread, weights[i]));
+    result.frames.push_back(compared(table, frames[i], estimates.error_bound, weights[i]));
   return result;
 }
 
@@ -151,7 +154,48 @@ SpreadBound narrowest_bound(const ComparedFrames& whole, const ComparedFrames& h
   return narrowest;
 }
 
+double quantile_per_spread(const ErrorBound& unit, std::span<const FrameErrors> frames, std::span<const double> weights,
+                           double least) {
+  std::vector<WeightedValue> ratios;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (const double spread = frames[i].spread; spread > least)
+      ratios.push_back({frames[i].estimate / (unit.per_spread_at(spread) * spread), weights[i]});
+  return weighted_quantile(std::move(ratios), share_to_hold(frames));
+}
+
+/// Of the 90 % quantile.
+double quantile_loss(const ErrorBound& bound, std::span<const FrameErrors> frames, std::span<const double> weights,
+                     double least) {
+  double sum = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (const double spread = frames[i].spread; spread > least) {
+      const double above = frames[i].estimate - bound.per_spread_at(spread) * spread;
+      sum += weights[i] * std::max(0.9 * above, -0.1 * above);
+    }
+  return sum;
+}
+
 }  // namespace
+
+ErrorBound learn_error_bound(std::span<const FrameErrors> frames, double least) {
+  const std::vector<double> weights = run_weights(frames);
+  ErrorBound learned;
+  double logarithms = 0, all = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!(frames[i].spread > least)) continue;
+    logarithms += weights[i] * logarithm(frames[i].spread);
+    all += weights[i];
+  }
+  if (!(all > 0)) return learned;
+  double least_loss = std::numeric_limits<double>::infinity();
+  for (double growth = -0.5; growth <= 0.5; growth += 0.125) {
+    ErrorBound tried{1, growth, exponential(logarithms / all)};
+    tried.per_spread = quantile_per_spread(tried, frames, weights, least);
+    const double loss = quantile_loss(tried, frames, weights, least);
+    if (loss < least_loss) least_loss = loss, learned = tried;
+  }
+  return learned;
+}
 
 std::vector<double> run_weights(std::span<const FrameErrors> frames) {
   auto counts = frames_by_run(frames);

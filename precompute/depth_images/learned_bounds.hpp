@@ -10,7 +10,7 @@ namespace lbea::bake {
 /// Left-out frames of one kind.
 struct LeftOutEstimates {
   std::span<const FrameErrors> frames;
-  double error_per_spread = 0;  // as in DepthImages
+  ErrorBound error_bound{};  // as in DepthImages
 };
 
 /// Weights that add up to 1. All runs have the same weight, however many of their states are frames.
@@ -26,6 +26,10 @@ struct WeightedValue {
 };
 /// The least value such that those up to it have this share of the weight; 0 without values.
 [[nodiscard]] double weighted_quantile(std::vector<WeightedValue> values, double share);
+
+/// Of the frames' mean errors: the growth whose bounds have the least quantile loss (Koenker, Bassett 1978). Spreads up
+/// to `least` say nothing: the shapes are all the same.
+[[nodiscard]] ErrorBound learn_error_bound(std::span<const FrameErrors> frames, double least);
 
 /// Of node positions, then of each field: the share with the narrowest bounds that hold 90 % of the true values of
 /// either kind of frames.

@@ -87,16 +87,6 @@ Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& who
   return predicted;
 }
 
-/// See share_to_hold().
-float error_per_spread(std::span<const FrameErrors> errors, const DepthMetric& metric) {
-  const double least = 1e-3 * double{metric.mesh_noise};  // of shapes that are all the same
-  const std::vector<double> weights = run_weights(errors);
-  std::vector<WeightedValue> ratios;
-  for (std::size_t i = 0; i < errors.size(); ++i)
-    if (errors[i].spread > least) ratios.push_back({errors[i].estimate / errors[i].spread, weights[i]});
-  return static_cast<float>(weighted_quantile(std::move(ratios), share_to_hold(errors)));
-}
-
 /// See DepthImages::time_variation. Late frames, whose times vary most, count most.
 float time_variation(const SampleSource& source, std::span<const FrameErrors> errors) {
   const double impact = std::ranges::min(source.samples, {}, &Sample::time_step).time_step;
@@ -128,12 +118,12 @@ FramePair learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, cons
 
 /// frames: whole, hidden.
 void learn_channels(const SampleSource& source, const FramePair& frames, LearnedFit& learned) {
-  const std::array per_spread{double{learned.error_per_spread}, double{learned.hidden_error_per_spread}};
+  const std::array error_bounds{learned.error_bound, learned.hidden_error_bound};
   for (std::size_t first = 0; first < source.channels.size(); first += source.samples.size()) {
     const auto values = std::span(source.channels).subspan(first, source.samples.size());
     auto& bounds = learned.channels.emplace_back();
     for (std::size_t kind = 0; kind < bounds.size(); ++kind)
-      bounds[kind] = learn_channel_bound(values, frames[kind], per_spread[kind]);
+      bounds[kind] = learn_channel_bound(values, frames[kind], error_bounds[kind]);
   }
 }
 
@@ -222,16 +212,18 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
     learned.channels.resize(source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
     return learned;
   }
-  PublishedErrors errors = learn_estimates(source, threads, learned);
-  learned.error_per_spread = error_per_spread(errors.whole, learned.metric);
-  learned.hidden_error_per_spread = error_per_spread(errors.hidden, learned.metric);
+  const PublishedErrors errors = learn_estimates(source, threads, learned);
+  FramePair all = errors.tests;
+  append(all[0], errors.whole);
+  append(all[1], errors.hidden);
+  const double least = 1e-3 * double{learned.metric.mesh_noise};
+  learned.error_bound = learn_error_bound(all[0], least);
+  learned.hidden_error_bound = learn_error_bound(all[1], least);
   if (source.read_field)
-    learned.bounds = learn_bounds(source, {errors.whole, double{learned.error_per_spread}},
-                                  {errors.hidden, double{learned.hidden_error_per_spread}}, threads);
+    learned.bounds =
+        learn_bounds(source, {errors.whole, learned.error_bound}, {errors.hidden, learned.hidden_error_bound}, threads);
   learned.time_variation = time_variation(source, errors.whole);
-  append(errors.tests[0], errors.whole);
-  append(errors.tests[1], errors.hidden);
-  learn_channels(source, errors.tests, learned);
+  learn_channels(source, all, learned);
   learned.pose = learn_pose(source, learned.metric, threads);
   learn_limits(source, threads, learned);
   return learned;

@@ -18,9 +18,8 @@ struct LearnedFit {
   DepthMetric metric;           // length unit: of five, see choose_metric()
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
   MisfitLimits limits{};
-  // 90 % of the estimates' errors are below this times the spread; 0: not known
-  float error_per_spread = 0;         // of frames with a full view
-  float hidden_error_per_spread = 0;  // of frames with a hidden third
+  ErrorBound error_bound{};         // of frames with a full view
+  ErrorBound hidden_error_bound{};  // of frames with a hidden third
   LearnedPose pose{};
   float time_variation = 0;           // of DepthImages
   std::vector<SpreadBound> bounds{};  // the same; empty if the source has no read_field

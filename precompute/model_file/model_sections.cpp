@@ -197,6 +197,7 @@ void plan_views(std::vector<PlannedSection>& plan, const format::Info& info, con
   plan.push_back({SectionId::pose_spreads, part, ElementType::f64, {PoseSpreads::times, 6, 6}});
   plan.push_back({SectionId::pose_spreads_by_points, part, ElementType::f64, {PoseSpreads::times, 6, 6}});
   plan.push_back({SectionId::pose_numbers_by_points, part, ElementType::f64, {2}});
+  plan.push_back({SectionId::error_growths, part, ElementType::f64, {2, 2}});
 }
 
 /// Sections written sample by sample, and those known at the end.
@@ -265,7 +266,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
                                  double{learned.limits.test},
                                  double{learned.metric.cap},
                                  double{learned.metric.one_sided},
-                                 double{learned.hidden_error_per_spread}};
+                                 learned.hidden_error_bound.per_spread};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, part, 0, std::as_bytes(std::span(&words, 1)));
   writer.write<std::uint32_t>(SectionId::view_size, part, 0, std::array{camera.columns, camera.rows});
@@ -273,7 +274,7 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   const TrainedShapes& shapes = learned.shapes;
   writer.write<double>(SectionId::regression_numbers, part, 0,
                        std::array{double{shapes.one_sided}, double{shapes.length_scale}, double{shapes.blend},
-                                  double{shapes.most_difference}, double{learned.error_per_spread}});
+                                  double{shapes.most_difference}, learned.error_bound.per_spread});
   writer.write<float>(SectionId::regression_basis, part, 0, shapes.basis);
   writer.write<float>(SectionId::regression_images, part, 0, shapes.images);
   writer.write<float>(SectionId::regression_weights, part, 0, shapes.weights);
@@ -290,6 +291,9 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
   writer.write<double>(
       SectionId::hidden_numbers, part, 0,
       std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});
+  writer.write<double>(SectionId::error_growths, part, 0,
+                       std::array{learned.error_bound.growth, learned.error_bound.typical,
+                                  learned.hidden_error_bound.growth, learned.hidden_error_bound.typical});
   writer.write<double>(SectionId::time_numbers, part, 0, std::array{double{learned.time_variation}});
   for (std::size_t i = 0; i < learned.bounds.size(); ++i)
     writer.write<double>(SectionId::spread_bounds, part, 2 * i,

@@ -41,7 +41,7 @@ TEST_CASE("a channel's bound holds the share that conformal prediction asks for"
   const std::vector<FrameErrors> frames = some_frames();
   const std::vector<float> values = random_walk();
   constexpr double error_per_spread = 1.5;
-  const ChannelBound bound = learn_channel_bound(values, frames, error_per_spread);
+  const ChannelBound bound = learn_channel_bound(values, frames, {.per_spread = error_per_spread});
   REQUIRE(bound.per_spread > 0);
   std::size_t within = 0, on_the_bound = 0;
   for (const FrameErrors& frame : frames) {
@@ -58,8 +58,8 @@ TEST_CASE("a channel's bound holds the share that conformal prediction asks for"
 
 TEST_CASE("a channel that does not vary, and frames without a spread, give no bound") {
   std::vector<FrameErrors> frames = some_frames();
-  CHECK(learn_channel_bound(std::vector<float>(runs + 2, 3.0f), frames, 1).per_spread == 0);
+  CHECK(learn_channel_bound(std::vector<float>(runs + 2, 3.0f), frames, {1}).per_spread == 0);
   for (FrameErrors& frame : frames) frame.spread = 0;
-  CHECK(learn_channel_bound(random_walk(), frames, 1).per_spread == 0);
-  CHECK(learn_channel_bound(random_walk(), {}, 1).per_spread == 0);
+  CHECK(learn_channel_bound(random_walk(), frames, {1}).per_spread == 0);
+  CHECK(learn_channel_bound(random_walk(), {}, {1}).per_spread == 0);
 }

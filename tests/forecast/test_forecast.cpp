@@ -254,18 +254,18 @@ TEST_CASE("a frame of the impact and one of the middle are not a beginning that 
 
 TEST_CASE("a test of which most frames have a hidden part has the bounds of such tests") {
   const DepthImages& images = *model().view().depth_images;
-  REQUIRE(images.hidden_error_per_spread > 0);
-  REQUIRE(images.hidden_error_per_spread != images.error_per_spread);
-  const auto seen_by = [&](float per_spread, std::uint32_t step) {
+  REQUIRE(images.hidden_error_bound.per_spread_at(1) > 0);
+  REQUIRE(images.hidden_error_bound.per_spread_at(1) != images.error_bound.per_spread_at(1));
+  const auto seen_by = [&](const ErrorBound& bound, std::uint32_t step) {
     Seen frame(6, step);
     frame.result.fit.spread = 1;
-    frame.result.fit.error_90 = per_spread;
+    frame.result.fit.error_90 = static_cast<float>(bound.per_spread_at(1));
     return frame;
   };
   const auto numbers_after = [&](std::uint32_t hidden) {  // of three frames
     Forecast forecast(model());
     for (std::uint32_t step = 1; step <= 3; ++step)
-      forecast.update(seen_by(step <= hidden ? images.hidden_error_per_spread : images.error_per_spread, step).result);
+      forecast.update(seen_by(step <= hidden ? images.hidden_error_bound : images.error_bound, step).result);
     return std::array{forecast.state().error_90, forecast.state().parameters[0].bound_90};
   };
   const auto learned = [&](std::size_t kind) {
@@ -280,7 +280,7 @@ TEST_CASE("a test of which most frames have a hidden part has the bounds of such
   CHECK(numbers_after(2) == learned(1));
   CHECK(numbers_after(3) == learned(1));
   Forecast mostly_hidden(model());  // the frames have no bound of their error
-  for (std::uint32_t step = 1; step <= 3; ++step) mostly_hidden.update(seen_by(std::nanf(""), step).result);
+  for (std::uint32_t step = 1; step <= 3; ++step) mostly_hidden.update(seen_by({std::nan("")}, step).result);
   CHECK(mostly_hidden.state().error_90 == learned(1)[0]);
 }
 

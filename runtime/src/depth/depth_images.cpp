@@ -1,6 +1,7 @@
 #include "runtime/src/depth/depth_images.hpp"
 
 #include "runtime/src/model/model_view.hpp"
+#include "runtime/src/numbers/elementary.hpp"
 
 namespace lbea {
 namespace {
@@ -58,7 +59,7 @@ const RigidTransform& SensorViews::T_reference_sensor() const noexcept {
   return data_ ? data_->camera.T_reference_sensor : identity_transform;
 }
 
-std::vector<float> SensorViews::depth_image(std::uint32_t sample) const {
+[[gnu::cold]] std::vector<float> SensorViews::depth_image(std::uint32_t sample) const {
   std::vector<float> image;
   if (!data_) return image;
   const DepthCamera& camera = data_->camera;
@@ -74,6 +75,10 @@ float SensorViews::expected_residual(std::uint32_t sample) const noexcept {
 float SensorViews::misfit_limit() const noexcept { return data_ ? data_->misfit_limit : 0; }
 float SensorViews::test_misfit_limit() const noexcept { return data_ ? data_->test_misfit_limit : 0; }
 
+[[gnu::cold]] double ErrorBound::per_spread_at(double spread) const noexcept {
+  return growth == 0 || !(spread > 0) ? per_spread : per_spread * exponential(growth * logarithm(spread / typical));
+}
+
 CameraPlace DepthCamera::place_of(const std::array<float, 3>& position) const noexcept {
   std::array<float, 3> of_camera{};
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -86,7 +91,7 @@ CameraPlace DepthCamera::place_of(const std::array<float, 3>& position) const no
   return {depth, is_inside ? static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column) : cells()};
 }
 
-FrameDepthImage::FrameDepthImage(const DepthCamera& camera)
+[[gnu::cold]] FrameDepthImage::FrameDepthImage(const DepthCamera& camera)
     : raster_{camera.focal,          camera.center_column, camera.center_row, camera.depth_origin,
               1 / camera.depth_step, camera.columns,       camera.rows},
       T_sensor_reference_(inverse(camera.T_reference_sensor)),

@@ -106,6 +106,16 @@ struct ShapeRegression {
   }
 };
 
+/// The 90 % bound of an estimate's mean error e by its spread s: e = per_spread s (s / typical)^growth. Errors of runs
+/// that are not in the ensemble grow faster than the spread, or more slowly.
+struct ErrorBound {
+  double per_spread = 0;  // 0: not known
+  double growth = 0;
+  double typical = 1;  // spread, length unit
+
+  [[nodiscard]] double per_spread_at(double spread) const noexcept;
+};
+
 /// The 90 % bound of single values: per_spread times the evened spread (see even_out()) times error_90 over spread.
 struct SpreadBound {
   double share = 0, per_spread = 0;  // per_spread 0: not known
@@ -129,8 +139,8 @@ struct DepthImages {
   float misfit_limit = 0;       // of one frame
   float test_misfit_limit = 0;  // of the geometric mean over a test
   // 90 % of the estimates' errors are below this times the spread; 0: not known
-  float error_per_spread = 0;         // of whole frames
-  float hidden_error_per_spread = 0;  // of frames of which something hides a part
+  ErrorBound error_bound{};         // of whole frames
+  ErrorBound hidden_error_bound{};  // of frames of which something hides a part
   // How much a run that is not in the ensemble looks like a moved one: see PoseFit. 0: not known, the pose is not
   // estimated
   float pose_variance = 0;

@@ -92,7 +92,7 @@ void read_regression(const ViewSections& sections, std::uint64_t samples, DepthI
   regression.length_scale = static_cast<float>(numbers[1]);
   regression.blend = static_cast<float>(numbers[2]);
   regression.most_difference = static_cast<float>(numbers[3]);
-  images.error_per_spread = static_cast<float>(numbers[4]);
+  images.error_bound.per_spread = numbers[4];
 }
 
 void read_hidden_numbers(const ViewSections& sections, DepthImages& images) {
@@ -106,6 +106,18 @@ void read_hidden_numbers(const ViewSections& sections, DepthImages& images) {
   images.metric.hidden = static_cast<float>(numbers[0]);
   images.regression.hidden_blend = static_cast<float>(numbers[1]);
   images.regression.hidden_most_difference = static_cast<float>(numbers[2]);
+}
+
+void read_error_growths(const ViewSections& sections, DepthImages& images) {
+  constexpr auto id = format::SectionId::error_growths;
+  if (sections.find(id) == nullptr) return;
+  const auto numbers = sections.required<std::array<double, 2>>(id, {2, 2, 1});
+  for (const auto& [growth, typical] : numbers)
+    if (!(std::abs(growth) <= 1) || !(typical >= 1 / format::largest_measure && typical <= format::largest_measure))
+      sections.fail(id, "a value is out of range");
+  const auto add = [](const std::array<double, 2>& from, ErrorBound& to) { to.growth = from[0], to.typical = from[1]; };
+  add(numbers[0], images.error_bound);
+  add(numbers[1], images.hidden_error_bound);
 }
 
 void read_bounds(const ViewSections& sections, std::uint64_t fields, DepthImages& images) {
@@ -187,7 +199,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& reader
   auto images = std::make_shared<DepthImages>();
   images->camera = camera_from(words, size);
   images->metric = {static_cast<float>(words.cap), static_cast<float>(words.one_sided), usual.mesh_noise, usual.hidden};
-  images->error_per_spread = images->hidden_error_per_spread = static_cast<float>(words.error_per_spread);
+  images->error_bound.per_spread = images->hidden_error_bound.per_spread = words.error_per_spread;
   images->misfit_limit = static_cast<float>(words.misfit_limit);
   images->test_misfit_limit = static_cast<float>(words.test_misfit_limit);
   images->depths =
@@ -195,6 +207,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& reader
   read_expected_residuals(sections, info.samples, *images);
   read_regression(sections, info.samples, *images);
   read_hidden_numbers(sections, *images);
+  read_error_growths(sections, *images);
   read_bounds(sections, info.fields, *images);
   read_pose_and_time(sections, *images);
   return images;

@@ -309,7 +309,7 @@ void JointFitter::judge(SurfaceFit& result) noexcept {
     shown += share * shown_by_rig;
     gives_verdicts = gives_verdicts && fitter->gives_verdicts() && !fitter->is_sparse(shown_by_rig);
     if (fitter->is_hidden() != is_hidden_) continue;
-    per_spread += share * fitter->error_per_spread();
+    per_spread += share * static_cast<float>(fitter->error_bound().per_spread_at(double{result.spread}));
     bounded += share;
   }
   verdict_ = Verdict::unknown;

@@ -162,7 +162,8 @@ void SurfaceFitter::judge(SurfaceFit& result) noexcept {
   const float shown = shown_share(search_.sample(0));
   if (!has_expectation_ || shown < least_judged || is_sparse(shown)) return;
   const DepthImages& images = *views_.data();
-  if (error_per_spread() > 0) error_90_ = error_per_spread() * result.spread;
+  const double spread = double{result.spread}, per_spread = error_bound().per_spread_at(spread);
+  if (per_spread > 0) error_90_ = static_cast<float>(per_spread * spread);
   if (shown >= least_bounded || !is_hidden()) result.error_90 = error_90_;
   set_misfit(result);
   verdict_ = weights_.verdict(result.misfit, images.misfit_limit, estimate_.from_best());

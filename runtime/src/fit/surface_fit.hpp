@@ -87,8 +87,8 @@ class SurfaceFitter {
   [[nodiscard]] const SensorViews& views() const noexcept { return views_; }
   [[nodiscard]] const DepthImages& images() const noexcept { return *views_.data(); }
   /// Of frames like the last one; see DepthImages. 0: not known.
-  [[nodiscard]] float error_per_spread() const noexcept {
-    return is_hidden() ? images().hidden_error_per_spread : images().error_per_spread;
+  [[nodiscard]] const ErrorBound& error_bound() const noexcept {
+    return is_hidden() ? images().hidden_error_bound : images().error_bound;
   }
 
   // The last frame, compared with other candidates by another metric: see JointFitter.

@@ -148,12 +148,12 @@ bool Forecast::State::add(const MatchResult& result) noexcept {
   return true;
 }
 
-/// The bake has learned other errors per spread for frames with a hidden part, and none where most is hidden.
+/// The bake has learned other bounds for frames with a hidden part, and none where most is hidden.
 bool Forecast::State::has_hidden_part(const FitNumbers& fit) const noexcept {
   const DepthImages& images = *view.depth_images;
-  const float per_spread = fit.error_90 / fit.spread;
-  return std::isnan(fit.error_90) ||
-         std::abs(per_spread - images.hidden_error_per_spread) < std::abs(per_spread - images.error_per_spread);
+  const double spread = double{fit.spread}, per_spread = double{fit.error_90} / spread;
+  const auto difference = [&](const ErrorBound& bound) { return std::abs(per_spread - bound.per_spread_at(spread)); };
+  return std::isnan(fit.error_90) || difference(images.hidden_error_bound) < difference(images.error_bound);
 }
 
 /// The first node with a frame in its half of the way to its neighbors, or else node 1.

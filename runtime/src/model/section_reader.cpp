@@ -22,11 +22,11 @@ constexpr std::string_view titles_from_32[] = {"reference_times", "vertex_nodes"
                                                "coefficients",    "correspondence"};
 constexpr std::string_view titles_from_64[] = {"view_camera", "view_size", "view_depths", "view_expected"};
 constexpr std::string_view optional_titles[] = {
-    "landmark_positions",  "regression_numbers",     "regression_basis",      "regression_images",
-    "regression_weights",  "regression_shapes",      "pose_numbers",          "hidden_numbers",
-    "time_numbers",        "spread_bounds",          "expected_residuals",    "pose_spreads",
-    "forecast_numbers",    "forecast_means",         "forecast_components",   "forecast_runs",
-    "forecast_parameters", "pose_spreads_by_points", "pose_numbers_by_points"};
+    "landmark_positions",  "regression_numbers",     "regression_basis",       "regression_images",
+    "regression_weights",  "regression_shapes",      "pose_numbers",           "hidden_numbers",
+    "time_numbers",        "spread_bounds",          "expected_residuals",     "pose_spreads",
+    "forecast_numbers",    "forecast_means",         "forecast_components",    "forecast_runs",
+    "forecast_parameters", "pose_spreads_by_points", "pose_numbers_by_points", "error_growths"};
 constexpr std::string_view titles_from_0x8018[] = {"window_numbers",   "window_means", "window_components",
                                                    "window_variances", "window_runs",  "window_parameters"};
 constexpr std::string_view titles_from_0x8020[] = {"channel_names",     "channel_kinds",   "channel_values",

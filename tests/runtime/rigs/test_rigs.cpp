@@ -139,10 +139,10 @@ TEST_CASE("shares of the joint estimate add up to 1, and its lists have the prom
 TEST_CASE("a rig's prediction counts by the bound of its own estimate") {
   const TwoRigs two;
   const SensorViews& below = two.rigs[1].views;
-  const float learned = below.data()->error_per_spread;
-  REQUIRE(learned > 0);
+  REQUIRE(below.data()->error_bound.per_spread > 0);
   const auto good = estimated_by(two, below);
-  const auto bad = estimated_by(two, changed(below, [&](DepthImages& images) { images.error_per_spread *= 1e4f; }));
+  const auto bad =
+      estimated_by(two, changed(below, [&](DepthImages& images) { images.error_bound.per_spread *= 1e4; }));
   const auto none =
       estimated_by(two, changed(below, [](DepthImages& images) { images.regression.most_difference = 0; }));
   REQUIRE(mean_distance(good, none) > 0.01);
