@@ -125,7 +125,7 @@ typedef struct lbea_result {
   uint32_t reference;   /**< the reference mesh that was used */
   uint64_t frame_id;
   int64_t stamp_ns;
-  float coverage;               /**< share of the surface in view that the frame shows */
+  float coverage;               /**< share of the observed surface (fit: of its part in view) that it shows */
   float leading_coordinates[3]; /**< the coefficients with the highest variance over the samples */
   const lbea_match* matches;    /**< match_count, best first */
   const float* coefficients;    /**< coefficient_count = modes x 3, mode-major: of the frame, by fit of the estimate */

@@ -49,7 +49,7 @@ enum class Method : std::int32_t {
 
 /// Whether the ensemble as a whole explains a frame.
 enum class Verdict : std::int32_t {
-  unknown = 0,         // not determined (lbea, vtp), or the frame showed too little
+  unknown = 0,         // not determined (lbea, vtp), or the frame showed too little or has too few points
   matched,             // one shape explains the frame as well as the runs of the ensemble explain each other
   ambiguous,           // several simulations with clearly different shapes explain it
   no_simulation_fits,  // none explains it: the residual is larger than that of a left-out simulation
@@ -350,7 +350,8 @@ struct FrameNumbers {
   float coverage = 0;
 };
 inline constexpr std::array frame_numbers{
-    NumberInfo<FrameNumbers>{"coverage", &FrameNumbers::coverage, "share of the surface in view that the frame shows"}};
+    NumberInfo<FrameNumbers>{"coverage", &FrameNumbers::coverage,
+                             "share of the observed surface (fit: of its part in view) that the frame shows"}};
 
 /// Numbers of a frame, by Method::fit; NaN with the other methods.
 struct FitNumbers {

@@ -19,8 +19,7 @@ struct Rig {
   std::int64_t clock_offset_ns = 0;  // added to the stamps of its frames, it gives those of a common clock
 };
 
-/// What a rig's frame says alone; the pose's numbers and the coverage are by the estimate of all rigs. A rig that is
-/// not used has those of its own estimate.
+/// What a rig's frame says alone. If it is used, the pose's numbers and the coverage are by the estimate of all rigs.
 struct RigResult : FitNumbers, FrameNumbers {
   Status status = Status::empty_frame;  // also if the rig has no frame in the capture
   Verdict verdict = Verdict::unknown;

@@ -31,6 +31,10 @@ class JointFitter {
   /// The first step of it: compares the estimate with the points of each rig's frame. Does not allocate.
   void begin_correction() noexcept;
 
+  /// The best sample at the time of the frame of a rig, by its place in the evidence.
+  [[nodiscard]] std::uint32_t best_for(std::size_t rig) const noexcept {
+    return simulations_.nearest_later(best_.ranked()[0].sample, rigs_[rig].later_s);
+  }
   /// The motion that the frame of a rig, by its place in the evidence, lacks, given the prior and the frames of all
   /// rigs. Threads with different rigs may call it at the same time. Does not allocate.
   [[nodiscard]] const PoseBelief& pose_of(std::size_t rig, const PoseBelief& prior) noexcept;

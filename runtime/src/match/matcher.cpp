@@ -133,17 +133,17 @@ void Matcher::State::remember(MatchResult& result) noexcept {
 }
 
 void Matcher::State::cover(MatchResult& result) noexcept {
-  result.coverage = cover();
+  result.coverage = cover(ranked().front().sample);
   result.status = status_of(result.coverage);
   result.elapsed_ns.coverage += watch.lap_ns();
 }
 
-float Matcher::State::cover() noexcept {
+float Matcher::State::cover(std::uint32_t similar) noexcept {
   if (fitter) {
     surface->take(fitter->correction().surface(), fitter->correction().stride());
-    surface->leave_out_unseen(fitter->images().camera, fitter->images().of_sample(fitter->search().sample(0)));
+    surface->leave_out_unseen(fitter->images().camera, fitter->images().of_sample(similar));
   } else {
-    surface->take(ranked().front().sample, *reference);
+    surface->take(similar, *reference);
   }
   surface->compare(index, config.trusted_distance);
   return surface->coverage(*reference);

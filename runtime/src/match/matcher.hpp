@@ -50,8 +50,8 @@ struct Matcher::State {
   [[nodiscard]] std::optional<PoseMeasurement> pose_by_points() noexcept;
   void remember(MatchResult& result) noexcept;
   void cover(MatchResult& result) noexcept;
-  /// Returns the coverage.
-  float cover() noexcept;
+  /// Returns the coverage. similar: a sample whose depth image tells what the pose can see of the estimate.
+  float cover(std::uint32_t similar) noexcept;
   [[nodiscard]] Status status_of(float coverage) const noexcept {
     return coverage < config.min_coverage ? Status::low_coverage : Status::ok;
   }

@@ -98,8 +98,12 @@ void RigMatcher::State::cover(MatchResult& result) noexcept {
 
 void RigMatcher::State::cover(std::size_t rig) noexcept {
   Matcher::State& matcher = *matchers[rig];
-  if (!results[rig].is_used) matcher.fitter->begin_correction(matcher.fitter->estimate(), matcher.index);
-  results[rig].coverage = matcher.cover();
+  if (!results[rig].is_used) {
+    matcher.fitter->begin_correction(matcher.fitter->estimate(), matcher.index);
+    results[rig].coverage = matcher.cover(matcher.fitter->search().sample(0));
+  } else {
+    results[rig].coverage = matcher.cover(fitter.best_for(captures[rig].place));
+  }
   results[rig].status = matcher.status_of(results[rig].coverage);
 }
 
@@ -157,7 +161,8 @@ bool RigMatcher::State::is_contradicted() const noexcept {
 }
 
 /// Frames that no simulation explains are evidence only if no explained one shows nearly as much: they show another
-/// component, or what hides this one. Nor are frames of another time than the latest one.
+/// component, or what hides this one. Sparse ones, which say nothing about that, are evidence only if none is
+/// explained. Nor are frames of another time than the latest one.
 void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
   constexpr float nearly = 0.8f;
   float shown = 0;  // by explained frames
@@ -165,7 +170,8 @@ void RigMatcher::State::choose_evidence(MatchResult& result) noexcept {
     if (is_explained(rig) && is_in_time(rig)) shown = std::max(shown, captures[rig].shown);
   used = 0;
   for (std::size_t rig = 0; rig < matchers.size(); ++rig) {
-    const bool counts = is_explained(rig) || (is_indexed(rig) && nearly * captures[rig].shown >= shown);
+    const bool counts = is_explained(rig) || (is_indexed(rig) && nearly * captures[rig].shown >= shown &&
+                                              (shown == 0 || !fitter_of(rig).is_sparse(captures[rig].shown)));
     results[rig].is_used = counts && is_in_time(rig);
     if (!results[rig].is_used) continue;
     if (used == 0) lead = rig;

@@ -83,6 +83,8 @@ TEST_CASE("combine() gives the same bits on threads, and all of them have a part
     CHECK(same(
         std::array{result.fit.residual, result.fit.estimate_residual, result.fit.spread, result.fit.misfit},
         std::array{expected.fit.residual, expected.fit.estimate_residual, expected.fit.spread, expected.fit.misfit}));
+    CHECK(same(std::array{result.coverage, divided.rigs()[0].coverage, divided.rigs()[1].coverage},
+               std::array{expected.coverage, alone.rigs()[0].coverage, alone.rigs()[1].coverage}));
     REQUIRE(result.fit.estimate.size() == expected.fit.estimate.size());
     for (std::size_t i = 0; i < result.fit.estimate.size(); ++i)
       CHECK(same(std::array{result.fit.estimate[i].weight}, std::array{expected.fit.estimate[i].weight}));
@@ -148,8 +150,14 @@ TEST_CASE("a first rig with too few points for a plane has the pose that its ima
   auto above = seen_from(two.sensors[0], positions);
   for (Point& p : above) p.z += 2;
   std::mt19937 random(1);
-  std::erase_if(above, [&](const Point&) { return random() % 20 != 0; });
-  above.insert(above.end(), above.begin(), above.end());  // so that the image is not sparse
+  std::ranges::shuffle(above, random);
+  // Two per cell: the image is not sparse, but a plane needs points of a total weight of 4.
+  const DepthCamera& camera = two.rigs[0].views.data()->camera;
+  std::map<std::pair<int, int>, int> in_cell;
+  std::erase_if(above, [&](const Point& p) {
+    const auto cell = [&](float x) { return static_cast<int>(std::floor(camera.focal * x / p.z)); };
+    return ++in_cell[{cell(p.x), cell(p.y)}] > 2;
+  });
   const auto below = seen_from(two.sensors[1], positions, 2);
   RigMatcher matcher(two.model, fit_config(), two.rigs);
   for (int frame = 0; frame < 6; ++frame)

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 using namespace lbea;
 using namespace lbea::bake;
@@ -103,6 +104,49 @@ TEST_CASE("what a rig cannot see does not count as not covered") {
   RigMatcher matcher(two.model, fit_config(), rigs);
   matcher.fix_poses();
   CHECK(matcher.match(std::vector<Frame>{at(1, part)}).coverage > 0.95f);
+}
+
+TEST_CASE("what one of two rigs can see counts as not covered if neither shows it") {
+  const TwoRigs two;
+  StereoSensor left = rig_below(), right = rig_below();
+  for (StereoSensor* narrow : {&left, &right}) {
+    narrow->width_px = 120;
+    for (RigidTransform* T : {&narrow->T_reference_sensor, &narrow->T_reference_right})
+      (*T)[3] += narrow == &left ? -45.0f : 45.0f;
+  }
+  const std::vector<float> positions = positions_of(two.model, 12);
+  const std::vector<Point> by_left = seen_from(left, positions);
+  std::vector<Rig> rigs;
+  for (const StereoSensor& narrow : {left, right})
+    rigs.push_back({narrow.T_reference_sensor, views_from(narrow, two.model)});
+  RigMatcher matcher(two.model, fit_config(), rigs);
+  matcher.fix_poses();
+  const auto coverage = [&](const std::vector<Point>& by_right) {
+    matcher.reset();
+    return matcher.match(std::vector<Frame>{at(1, by_left), at(1, by_right)}).coverage;
+  };
+  std::vector<Point> part = seen_from(right, positions, 2);
+  CHECK(coverage(part) > 0.95f);
+  std::erase_if(part, [](const Point& p) { return p.y > 0; });
+  CHECK(coverage(part) < 0.9f);
+  CHECK(matcher.rigs()[0].is_used);
+  CHECK(matcher.rigs()[1].is_used);
+}
+
+// It was evidence if it showed nearly as much, and the verdict was unknown.
+TEST_CASE("a sparse frame of one rig does not take the verdict from another one's") {
+  const TwoRigs two;
+  RigMatcher matcher = two.matcher();
+  const std::vector<float> positions = positions_of(two.model, 12);
+  auto above = seen_from(two.sensors[0], positions), below = seen_from(two.sensors[1], positions, 2);
+  std::mt19937 random(1);
+  std::ranges::shuffle(above, random);
+  above.resize(above.size() / 25);
+  std::erase_if(below, [](const Point& p) { return p.y > 0; });
+  const MatchResult result = matcher.match(std::vector<Frame>{at(1, above), at(1, below)});
+  CHECK(matcher.rigs()[0].verdict == Verdict::unknown);
+  CHECK_FALSE(matcher.rigs()[0].is_used);
+  CHECK(result.verdict == Verdict::matched);
 }
 
 // It was the share of the depth image's cells that a frame fills, also where its points are far from the component.

@@ -178,7 +178,7 @@ typedef struct lbea_wire_result {
   const lbea_wire_channel* channels;     /**< channel_count, in the order of the model; 0 for a refused frame */
   uint32_t match_count, candidate_count, estimate_count, channel_count;
   uint32_t reference;           /**< the reference mesh that was used */
-  float coverage;               /**< share of the surface in view that the frame shows */
+  float coverage;               /**< share of the observed surface (fit: of its part in view) that it shows */
   float leading_coordinates[3]; /**< the coefficients with the highest variance over the samples */
   /* fit, else NaN */
   float residual, estimate_residual, misfit, spread, error_90;
