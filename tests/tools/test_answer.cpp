@@ -45,6 +45,7 @@ WireResult capture_of_two_rigs(std::uint64_t ms) {
     rig.status = WireStatus::ok;
     rig.verdict = WireVerdict::matched;
     rig.is_used = true;
+    rig.coverage = result.coverage;
   }
   return result;
 }
@@ -72,7 +73,8 @@ TEST_CASE("the answer names the verdict, and as many simulations as are needed t
   // Probabilities compare the simulations with each other; they do not say that one fits.
   CHECK(text(WireVerdict::no_simulation_fits, {{2, 1.0f}}) == "NO SIMULATION FITS, misfit 2.17; nearest: plate_2");
   CHECK(text(WireVerdict::unknown, {{9, 0.95f}}) == "no verdict; likeliest: 9 (95 %)");
-  CHECK(answer_text({}, plate_names) == "no verdict: no frame shows enough of the component, or the method is not fit");
+  CHECK(answer_text({}, plate_names) ==
+        "no verdict: no frame shows enough of the component or has enough points, or the method is not fit");
 }
 
 TEST_CASE("a result of several rigs names those that it rests on") {
@@ -206,6 +208,20 @@ TEST_CASE("a rig that the results do not rest on gives a warning") {
   };
   CHECK(warning(6).empty());
   CHECK(contains(warning(3), "rig right: the results rest on 3 of its 12 frames"));
+}
+
+// The other rig covers the component, and both were said to rest on none of the second one's frames.
+TEST_CASE("a rig that is used and covers little of the undeformed component gives a warning of its pose") {
+  TestAnswer answer;
+  for (std::size_t i = 0; i < 12; ++i) {
+    WireResult result = capture_of_two_rigs(i);
+    result.rigs[1].coverage = 0.2f;
+    result.rigs[1].status = WireStatus::low_coverage;
+    answer.add(result);
+  }
+  REQUIRE(answer.warnings().size() == 1);
+  CHECK(contains(answer.warning(), "rig right: the frames cover only 20 % of the undeformed component"));
+  CHECK(contains(answer.warning(), "check --pose right"));
 }
 
 // A rig that sent meters was ignored for the whole test, and nothing was said.

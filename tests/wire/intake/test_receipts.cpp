@@ -51,11 +51,13 @@ TEST_CASE("a sender to one of several rigs reports what that rig's senders lost"
   CHECK(both.out_of_step == 4);
 }
 
-TEST_CASE("a sender to a matcher of one rig reports what all its senders lost") {
-  WireState before = state_of_rigs(0), after = state_of_rigs(4);
-  for (WireState* state : {&before, &after}) {
-    state->rigs.clear();
-    for (WireSender& sender : state->senders) sender.rig.clear();
+TEST_CASE("a sender to a matcher of one rig, or that does not name the rigs, reports what all its senders lost") {
+  for (const bool is_older : {false, true}) {
+    WireState before = state_of_rigs(0), after = state_of_rigs(4);
+    for (WireState* state : {&before, &after}) {
+      if (!is_older) state->rigs.clear();
+      for (WireSender& sender : state->senders) sender.rig.clear();
+    }
+    CHECK(receipt_of({left_session}, before, after).dropped == 4);
   }
-  CHECK(receipt_of({left_session}, before, after).dropped == 4);
 }

@@ -115,7 +115,7 @@ class Curves {
     return c;
   }
   [[nodiscard]] Chart coverage() const {
-    Chart c = chart("Coverage", "share", "Share of the matched surface that the frame shows.");
+    Chart c = chart("Coverage", "share", "Share of the surface in view that the frame shows.");
     c.curves = {{"coverage", values_of(rows_, member_value(&FrameRow::coverage))}};
     c.most = 1.02;
     return c;

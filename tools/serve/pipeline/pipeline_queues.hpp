@@ -77,7 +77,7 @@ struct PipelineQueues {
       : frames(config.queue_capacity(), &matcher_bell),
         outcomes(64, &publisher_bell),
         rejections(4096, &publisher_bell),
-        rigs(config.description.rigs),
+        rigs(config.rigs),
         accounts(config.rig_count()),
         queued(config.rig_count()),
         sessions(config.rig_count()) {
@@ -101,7 +101,7 @@ struct PipelineQueues {
   Channel<FrameSlot> frames;                           // receiver to matchers
   Channel<Outcome> outcomes;                           // matchers to publisher
   Channel<wire::WireResult> rejections;                // receiver to publisher: rejected and dropped frames
-  std::vector<wire::WireRig> rigs;                     // none: one
+  std::vector<PipelineRig> rigs;                       // empty if there is only one
   std::vector<SharedAccount> accounts;                 // of each rig
   std::vector<std::atomic<std::uint32_t>> queued;      // frames of each rig in the queue
   std::vector<std::optional<std::uint64_t>> sessions;  // of each rig's latest frame; receiving thread

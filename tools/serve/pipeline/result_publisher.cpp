@@ -156,11 +156,18 @@ void ResultPublisher::send_result() noexcept {
 void ResultPublisher::note_component(std::size_t component) noexcept {
   channels_[component].add(result_);
   const std::string_view name = config_.components.empty() ? std::string_view() : config_.components[component].name;
-  if (undeformed_[component].add(result_) && undeformed_[component].is_low())
-    log_.note_low_coverage(name, result_.session, result_.frame_id, result_.coverage);
+  UndeformedCoverage& undeformed = undeformed_[component];
+  if (undeformed.add(result_) && undeformed.is_low())
+    log_.note_low_coverage(name, named_rig(undeformed.rig()), result_.session, result_.frame_id, *undeformed.latest());
   DepartedPoints& departed = departed_[component];
   if (departed.add(result_) && departed.are_many())
     log_.note_departed_points(name, result_.session, result_.frame_id, departed.share());
+}
+
+/// The name as the configuration, which remains, has it; empty: none.
+std::string_view ResultPublisher::named_rig(std::string_view name) const noexcept {
+  const auto found = std::ranges::find(config_.rigs, name, &PipelineRig::name);
+  return found == config_.rigs.end() ? std::string_view() : std::string_view(found->name);
 }
 
 void ResultPublisher::note_frame() noexcept {

@@ -63,6 +63,7 @@ class ResultPublisher {
   void send_of_component(const Outcome& outcome) noexcept;
   void send_result() noexcept;
   void note_component(std::size_t component) noexcept;
+  [[nodiscard]] std::string_view named_rig(std::string_view name) const noexcept;
   void note_rig_use() noexcept;
   void note_frame() noexcept;
   void note_far_stamp() noexcept;

@@ -40,7 +40,7 @@ bool TestAnswer::add(const wire::WireResult& result) {
 
 std::vector<std::string> TestAnswer::warnings() const {
   std::vector<std::string> warnings;
-  if (undeformed_.is_low()) warnings.push_back(pose_warning(*undeformed_.latest()));
+  if (undeformed_.is_low()) warnings.push_back(pose_warning(*undeformed_.latest(), undeformed_.rig()));
   if (departed_.are_many()) warnings.push_back(departure_warning(departed_.share()));
   if (times_.problem() != CaptureTimes::Problem::none) warnings.push_back(capture_times_warning(times_.problem()));
   if (rigs_.contradict()) warnings.push_back(contradiction_warning());
@@ -94,7 +94,8 @@ std::string used_rigs(const wire::WireResult& result) {
 std::string by_rigs(const wire::WireResult& result) { return result.rigs.empty() ? "" : " by " + used_rigs(result); }
 
 std::string answer_text(const wire::WireTestState& state, std::span<const std::string> names) {
-  if (state.frames == 0) return "no verdict: no frame shows enough of the component, or the method is not fit";
+  if (state.frames == 0)
+    return "no verdict: no frame shows enough of the component or has enough points, or the method is not fit";
   const std::string likely = likely_simulations(state, names);
   const std::string misfit = formatted("misfit %.2f", static_cast<double>(state.misfit));
   if (state.verdict == wire::WireVerdict::no_simulation_fits) return "NO SIMULATION FITS, " + misfit + "; " + likely;

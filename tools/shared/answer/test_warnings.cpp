@@ -16,23 +16,27 @@ constexpr float many_departed = 0.25f;  // sparks and dust are less
 
 }  // namespace
 
-bool UndeformedCoverage::add(const wire::WireResult& result) noexcept {
+bool UndeformedCoverage::add(const wire::WireResult& result) {
   if (wire::fate_of(result.status) != wire::Fate::matched) return false;
   const bool is_first = std::exchange(session_, result.session) != result.session;
   const bool is_initial = !result.matches.empty() && result.matches.front().sample.time_step == 0;
   if (!is_first && !is_initial) return false;
   latest_ = result.coverage;
+  rig_.clear();
+  for (const wire::WireRigFrame& frame : result.rigs)
+    if (frame.is_used && frame.coverage < *latest_) latest_ = frame.coverage, rig_ = frame.rig;
   return true;
 }
 
 bool UndeformedCoverage::is_low() const noexcept { return latest_ && *latest_ < least_undeformed_coverage; }
 
-std::string pose_warning(float coverage) {
-  return formatted(
-      "the frames cover only %.0f %% of the undeformed component: the pose or the model is wrong, something hides it, "
-      "or "
-      "there are few points; check --pose, and refine it with lbea-register",
-      100 * double{coverage});
+std::string pose_warning(float coverage, std::string_view rig) {
+  const std::string of(rig);
+  return (of.empty() ? "" : "rig " + of + ": ") +
+         formatted(
+             "the frames cover only %.0f %% of the undeformed component: the pose or the model is wrong, something "
+             "hides it, or there are few points; check --pose%s%s, and refine it with lbea-register",
+             100 * double{coverage}, of.empty() ? "" : " ", of.c_str());
 }
 
 std::optional<bool> TestDivision::begins(const wire::WireResult& result) noexcept {
@@ -168,7 +172,7 @@ void RigUse::add(const wire::WireResult& result) {
     auto rig = std::ranges::find(rigs_, frame.rig, &Rig::name);
     if (rig == rigs_.end()) rig = rigs_.insert(rigs_.end(), {frame.rig});
     rig->frames += frame.status == wire::WireStatus::ok || frame.points.received > 0 ? 1 : 0;
-    rig->used += frame.status == wire::WireStatus::ok && frame.is_used ? 1 : 0;
+    rig->used += frame.is_used ? 1 : 0;
   }
 }
 
@@ -188,8 +192,9 @@ std::string contradiction_warning() {
 std::string unused_rig_warning(const RigUse::Unused& unused) {
   return "rig " + std::string(unused.rig) + ": the results rest on " + std::to_string(unused.used) + " of its " +
          std::to_string(unused.frames) +
-         " frames; the others show nothing near a simulation, or something else than the other rigs' frames: check the "
-         "unit of the points, and --pose " +
+         " frames; the others show nothing near a simulation, few points, or something else than the other rigs' "
+         "frames: "
+         "check the unit of the points, and --pose " +
          std::string(unused.rig);
 }
 

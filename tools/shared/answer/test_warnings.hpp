@@ -16,19 +16,22 @@ class UndeformedCoverage {
  public:
   /// Whether the frame shows the undeformed component: the first matched frame of a session does, and every one whose
   /// best sample is an initial state.
-  bool add(const wire::WireResult& result) noexcept;
-  /// Of the latest such frame.
+  bool add(const wire::WireResult& result);
+  /// Of the latest such frame; of several rigs that are used, the least one.
   [[nodiscard]] std::optional<float> latest() const noexcept { return latest_; }
+  /// Which of several rigs has it; empty: all together.
+  [[nodiscard]] const std::string& rig() const noexcept { return rig_; }
   /// Too little for a right pose and model.
   [[nodiscard]] bool is_low() const noexcept;
 
  private:
   std::optional<std::uint64_t> session_;
   std::optional<float> latest_;
+  std::string rig_;
 };
 
-/// A sentence for a low coverage of the undeformed component.
-[[nodiscard]] std::string pose_warning(float coverage);
+/// A sentence for a low coverage of the undeformed component. rig: of several, or empty.
+[[nodiscard]] std::string pose_warning(float coverage, std::string_view rig = {});
 
 /// The division of results into tests: the first matched frame of another session, or after the end of the stream,
 /// begins another one.

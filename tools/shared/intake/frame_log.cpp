@@ -49,7 +49,7 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::low_coverage) {
     if (LogLine& line = low_coverage_[event.of]; line.is_due())
       log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
-                  pose_warning(event.number), line.suppressed_text());
+                  pose_warning(event.number, event.unused.rig), line.suppressed_text());
   } else if (event.kind == Event::Kind::departed_points) {
     if (LogLine& line = departures_[event.of]; line.is_due())
       log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
@@ -72,8 +72,9 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::clock) {
     write_clock(event);
   } else if (event.kind == Event::Kind::new_session) {
-    if (new_sessions_.is_due())
-      log_info("{}frame {}: from session {:016x}", prefix_of(event.session), event.ids.first, event.session);
+    const std::string prefix = prefix_of(event.session);
+    if (by_rig_[prefix].new_sessions.is_due())
+      log_info("{}frame {}: from session {:016x}", prefix, event.ids.first, event.session);
   } else if (event.status == wire::WireStatus::end_of_stream) {
     log_info("{}end of stream before frame {} of session {:016x}", prefix_of(event.session), event.ids.first,
              event.session);
@@ -102,11 +103,12 @@ void FrameLog::write_refusal(IdRange ids) {
 }
 
 void FrameLog::write_problem(const Event& event) {
-  LogLine& line = by_status_[static_cast<std::size_t>(event.status)];
+  const std::string prefix = prefix_of(event.session);
+  LogLine& line = by_rig_[prefix].by_status[static_cast<std::size_t>(event.status)];
   if (!line.is_due(event.ids.count)) return;
   const std::string what = is_identified(event.status) ? frames_text(event.ids) : "a message";
-  log_warning("{}{}: {}: {}{}", prefix_of(event.session), what, wire::to_string(event.status),
-              wire::explain(event.status), line.suppressed_text());
+  log_warning("{}{}: {}: {}{}", prefix, what, wire::to_string(event.status), wire::explain(event.status),
+              line.suppressed_text());
 }
 
 std::string FrameLog::prefix_of(std::uint64_t session) const {

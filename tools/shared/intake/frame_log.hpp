@@ -53,9 +53,17 @@ class FrameLog {
     push({Event::Kind::refusal, wire::WireStatus::ok, session, ids, 0});
   }
 
-  /// A frame covers little of the undeformed component. component: of several, else empty; it must remain valid.
-  void note_low_coverage(std::string_view component, std::uint64_t session, std::uint64_t id, float coverage) noexcept {
-    push({Event::Kind::low_coverage, wire::WireStatus::ok, session, {id, 1}, coverage, component});
+  /// A frame covers little of the undeformed component. component, rig: of several, else empty; they must remain valid.
+  void note_low_coverage(std::string_view component, std::string_view rig, std::uint64_t session, std::uint64_t id,
+                         float coverage) noexcept {
+    push({Event::Kind::low_coverage,
+          wire::WireStatus::ok,
+          session,
+          {id, 1},
+          coverage,
+          component,
+          CaptureTimes::Problem::none,
+          {rig}});
   }
   /// Points of that share of the component have left the space of the simulations. component: as above.
   void note_departed_points(std::string_view component, std::uint64_t session, std::uint64_t id, float share) noexcept {
@@ -127,9 +135,13 @@ class FrameLog {
   Channel<Event> events_{1024};
   std::atomic<std::uint64_t> without_room_{0};
   std::uint64_t noted_session_ = 0;
-  std::array<LogLine, wire::wire_status_count> by_status_{};       // from here on: the writing thread's
+  struct RigLines {
+    std::array<LogLine, wire::wire_status_count> by_status{};
+    LogLine new_sessions;
+  };
+  std::map<std::string, RigLines> by_rig_;                         // by prefix; from here on: the writing thread's
   std::map<std::string_view, LogLine> low_coverage_, departures_;  // by component
-  LogLine new_sessions_, refusals_, wrong_times_, far_stamps_, without_room_line_, alternations_;
+  LogLine refusals_, wrong_times_, far_stamps_, without_room_line_, alternations_;
   std::uint64_t known_returns_ = 0;
   std::vector<wire::WireSender> known_;
 };

@@ -21,7 +21,7 @@ std::optional<wire::WireSender> entry_of(const wire::WireState& state, std::uint
   return own == state.senders.end() ? std::nullopt : std::optional(*own);
 }
 
-/// By the matcher, of all its senders or, if it has several rigs, of those of these rigs.
+/// By the matcher, of all its senders or, if it names their rigs, of those of these rigs.
 std::uint64_t refused(const wire::WireState& state, const std::set<std::string>& rigs,
                       std::initializer_list<wire::WireStatus> statuses) {
   const auto of = [&](const wire::Counters& counters) {
@@ -29,7 +29,7 @@ std::uint64_t refused(const wire::WireState& state, const std::set<std::string>&
     for (const wire::WireStatus status : statuses) frames += counters.of(status);
     return frames;
   };
-  if (state.rigs.empty()) return of(state.counters);
+  if (state.rigs.empty() || rigs.contains("")) return of(state.counters);
   std::uint64_t frames = 0;
   for (const wire::WireRig& rig : state.rigs)
     if (rigs.contains(rig.name)) frames += of(rig.counters);
