@@ -154,6 +154,7 @@ SpreadBound narrowest_bound(const ComparedFrames& whole, const ComparedFrames& h
   return narrowest;
 }
 
+/// unit: with a per_spread of 1.
 double quantile_per_spread(const ErrorBound& unit, std::span<const FrameErrors> frames, std::span<const double> weights,
                            double least) {
   std::vector<WeightedValue> ratios;

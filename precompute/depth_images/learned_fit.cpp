@@ -216,7 +216,7 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   FramePair all = errors.tests;
   append(all[0], errors.whole);
   append(all[1], errors.hidden);
-  const double least = 1e-3 * double{learned.metric.mesh_noise};
+  const double least = 1e-3 * double{learned.metric.mesh_noise};  // spread; below it the shapes are all the same
   learned.error_bound = learn_error_bound(all[0], least);
   learned.hidden_error_bound = learn_error_bound(all[1], least);
   if (source.read_field)

@@ -140,8 +140,8 @@ void ObservedSurface::leave_out_unseen(const DepthCamera& camera, std::span<cons
   for (std::size_t i = 0; i < positions_.size(); ++i) {
     const auto [depth, cell] = camera.place_of(positions_[i]);
     const std::uint16_t shown = cell < camera.cells() ? image[cell] : empty_cell;
-    const float before = depth - (camera.depth_origin + camera.depth_step * static_cast<float>(shown));
-    is_unseen_[i] = shown == empty_cell || before > farthest_behind * depth / camera.focal;
+    const float behind = depth - (camera.depth_origin + camera.depth_step * static_cast<float>(shown));
+    is_unseen_[i] = shown == empty_cell || behind > farthest_behind * depth / camera.focal;
   }
 }
 

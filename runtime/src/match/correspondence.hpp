@@ -55,8 +55,8 @@ class ObservedSurface {
   void take(std::uint32_t sample, const ReferenceView& reference) noexcept;
   /// The same of an estimate. planes: of x, y and z, `stride` values each. Does not allocate.
   void take(std::span<const float> planes, std::size_t stride) noexcept;
-  /// Leaves out what a camera cannot see: where the depth image of a similar shape is empty, or shows what is before
-  /// it.
+  /// Leaves out what a camera cannot see: where the depth image of a similar shape is empty, or shows something in
+  /// front of it.
   void leave_out_unseen(const DepthCamera& camera, std::span<const std::uint16_t> image) noexcept;
   /// Finds what the frame shows, by points within `trusted_distance`. Does not allocate.
   void compare(const CloudIndex& index, float trusted_distance) noexcept {
