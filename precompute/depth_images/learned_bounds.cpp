@@ -154,45 +154,50 @@ SpreadBound narrowest_bound(const ComparedFrames& whole, const ComparedFrames& h
   return narrowest;
 }
 
-/// unit: with a per_spread of 1.
-double quantile_per_spread(const ErrorBound& unit, std::span<const FrameErrors> frames, std::span<const double> weights,
-                           double least) {
-  std::vector<WeightedValue> ratios;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (const double spread = frames[i].spread; spread > least)
-      ratios.push_back({frames[i].estimate / (unit.per_spread_at(spread) * spread), weights[i]});
-  return weighted_quantile(std::move(ratios), share_to_hold(frames));
-}
+/// The mean error of a frame.
+struct SpreadError {
+  double spread = 0, error = 0, weight = 0;
+};
 
 /// Of the 90 % quantile.
-double quantile_loss(const ErrorBound& bound, std::span<const FrameErrors> frames, std::span<const double> weights,
-                     double least) {
+double quantile_loss(const ErrorBound& bound, std::span<const SpreadError> errors) {
   double sum = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (const double spread = frames[i].spread; spread > least) {
-      const double above = frames[i].estimate - bound.per_spread_at(spread) * spread;
-      sum += weights[i] * std::max(0.9 * above, -0.1 * above);
-    }
+  for (const auto& [spread, error, weight] : errors) {
+    const double above = error - bound.per_spread_at(spread) * spread;
+    sum += weight * std::max(0.9 * above, -0.1 * above);
+  }
   return sum;
+}
+
+/// The bound of this growth that holds a share of the errors.
+ErrorBound bound_with(double growth, double typical, std::span<const SpreadError> errors, double share) {
+  ErrorBound bound{1, growth, typical};
+  std::vector<WeightedValue> ratios;
+  for (const auto& [spread, error, weight] : errors)
+    ratios.push_back({error / (bound.per_spread_at(spread) * spread), weight});
+  bound.per_spread = weighted_quantile(std::move(ratios), share);
+  return bound;
 }
 
 }  // namespace
 
 ErrorBound learn_error_bound(std::span<const FrameErrors> frames, double least) {
   const std::vector<double> weights = run_weights(frames);
-  ErrorBound learned;
+  std::vector<SpreadError> errors;
   double logarithms = 0, all = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (!(frames[i].spread > least)) continue;
+    errors.push_back({frames[i].spread, frames[i].estimate, weights[i]});
     logarithms += weights[i] * logarithm(frames[i].spread);
     all += weights[i];
   }
-  if (!(all > 0)) return learned;
+  ErrorBound learned;
+  if (errors.empty()) return learned;
+  const double typical = exponential(logarithms / all), share = share_to_hold(frames);
   double least_loss = std::numeric_limits<double>::infinity();
   for (double growth = -0.5; growth <= 0.5; growth += 0.125) {
-    ErrorBound tried{1, growth, exponential(logarithms / all)};
-    tried.per_spread = quantile_per_spread(tried, frames, weights, least);
-    const double loss = quantile_loss(tried, frames, weights, least);
+    const ErrorBound tried = bound_with(growth, typical, errors, share);
+    const double loss = quantile_loss(tried, errors);
     if (loss < least_loss) least_loss = loss, learned = tried;
   }
   return learned;
