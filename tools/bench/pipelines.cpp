@@ -87,12 +87,7 @@ class KernelsPipeline : public Pipeline {
       for (std::size_t axis = 0; axis < 3; ++axis)
         surface_[v][axis] = nodes[std::size_t{3} * reference.vertex_nodes[v] + axis];
     find_shown(index_, surface_, config_.trusted_distance, is_shown_);
-    double shown = 0, all = 0;
-    for (std::size_t v = 0; v < is_shown_.size(); ++v) {
-      all += reference.mass[v];
-      if (is_shown_[v]) shown += reference.mass[v];
-    }
-    return static_cast<float>(shown / all);
+    return share_shown(is_shown_, reference.mass);
   }
 
   std::string name_;

@@ -152,17 +152,12 @@ void ObservedSurface::leave_out_unseen(const DepthCamera& camera, std::span<cons
   }
 }
 
-float ObservedSurface::coverage(const ReferenceView& reference) const noexcept {
+[[gnu::cold]] float ObservedSurface::coverage(const ReferenceView& reference) const noexcept {
   const auto mass =
       part_mass_.empty()
           ? reference.mass
           : std::span<const double>(part_mass_[static_cast<std::size_t>(&reference - model_.references.data())]);
-  double shown = 0, all = 0;
-  for (std::size_t i = 0; i < is_shown_.size(); ++i) {
-    if (is_shown_[i]) shown += mass[i];
-    if (is_shown_[i] || !is_unseen_[i]) all += mass[i];
-  }
-  return all > 0 ? static_cast<float>(shown / all) : 0;
+  return share_shown(is_shown_, mass, is_unseen_);
 }
 
 void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float distance,
@@ -170,5 +165,15 @@ void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> p
   ShownSearch search(index, distance, is_shown);
   for (std::size_t i = 0; i < positions.size(); ++i) search.add(i, positions[i]);
   search.search_waiting();
+}
+
+[[gnu::cold]] float share_shown(std::span<const std::uint8_t> is_shown, std::span<const double> mass,
+                                std::span<const std::uint8_t> is_unseen) noexcept {
+  double shown = 0, all = 0;
+  for (std::size_t i = 0; i < is_shown.size(); ++i) {
+    if (is_shown[i]) shown += mass[i];
+    if (is_shown[i] || is_unseen.empty() || !is_unseen[i]) all += mass[i];
+  }
+  return all > 0 ? static_cast<float>(shown / all) : 0;
 }
 }  // namespace lbea

@@ -44,6 +44,10 @@ std::uint32_t correspond(const CloudIndex& index, std::span<const std::array<flo
 void find_shown(const CloudIndex& index, std::span<const std::array<float, 3>> positions, float distance,
                 std::span<std::uint8_t> is_shown) noexcept;
 
+/// The mass of the shown positions, over that of all that can be seen. is_unseen: which cannot; empty: none.
+[[nodiscard]] float share_shown(std::span<const std::uint8_t> is_shown, std::span<const double> mass,
+                                std::span<const std::uint8_t> is_unseen = {}) noexcept;
+
 /// The observed surface, of which a frame shows a share, the coverage: all vertices of a sample, or its landmarks where
 /// the model has them; or the places of an estimate.
 class ObservedSurface {
@@ -64,7 +68,7 @@ class ObservedSurface {
   }
   /// Adds what the frame of another rig shows of the same estimate.
   void add(const ObservedSurface& other) noexcept;
-  /// The share that is shown, by mass.
+  /// The share that is shown.
   [[nodiscard]] float coverage(const ReferenceView& reference) const noexcept;
 
  private:

@@ -98,12 +98,10 @@ void RigMatcher::State::cover(MatchResult& result) noexcept {
 
 void RigMatcher::State::cover(std::size_t rig) noexcept {
   Matcher::State& matcher = *matchers[rig];
-  if (!results[rig].is_used) {
-    matcher.fitter->begin_correction(matcher.fitter->estimate(), matcher.index);
-    results[rig].coverage = matcher.cover(matcher.fitter->search().sample(0));
-  } else {
-    results[rig].coverage = matcher.cover(fitter.best_for(captures[rig].place));
-  }
+  const bool is_used = results[rig].is_used;
+  if (!is_used) matcher.fitter->begin_correction(matcher.fitter->estimate(), matcher.index);
+  results[rig].coverage =
+      matcher.cover(is_used ? fitter.best_for(captures[rig].place) : matcher.fitter->search().sample(0));
   results[rig].status = matcher.status_of(results[rig].coverage);
 }
 

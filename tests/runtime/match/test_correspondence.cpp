@@ -90,9 +90,7 @@ float coverage(const CloudIndex& index, std::span<const Position> surface, const
                float distance) {
   std::vector<std::uint8_t> is_shown(surface.size());
   find_shown(index, surface, distance, is_shown);
-  double shown = 0, all = 0;
-  for (std::size_t i = 0; i < mass.size(); ++i) all += mass[i], shown += is_shown[i] ? mass[i] : 0;
-  return static_cast<float>(shown / all);
+  return share_shown(is_shown, mass);
 }
 
 }  // namespace
