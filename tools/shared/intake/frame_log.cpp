@@ -49,7 +49,7 @@ void FrameLog::write(const Event& event) {
   } else if (event.kind == Event::Kind::low_coverage) {
     if (LogLine& line = low_coverage_[event.of]; line.is_due())
       log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",
-                  pose_warning(event.number, event.unused.rig), line.suppressed_text());
+                  pose_warning(event.number, event.rig), line.suppressed_text());
   } else if (event.kind == Event::Kind::departed_points) {
     if (LogLine& line = departures_[event.of]; line.is_due())
       log_warning("frame {}: {}{}{}{}", event.ids.first, event.of, event.of.empty() ? "" : ": ",

@@ -56,14 +56,12 @@ class FrameLog {
   /// A frame covers little of the undeformed component. component, rig: of several, else empty; they must remain valid.
   void note_low_coverage(std::string_view component, std::string_view rig, std::uint64_t session, std::uint64_t id,
                          float coverage) noexcept {
-    push({Event::Kind::low_coverage,
-          wire::WireStatus::ok,
-          session,
-          {id, 1},
-          coverage,
-          component,
-          CaptureTimes::Problem::none,
-          {rig}});
+    push({.kind = Event::Kind::low_coverage,
+          .session = session,
+          .ids = {id, 1},
+          .number = coverage,
+          .of = component,
+          .rig = rig});
   }
   /// Points of that share of the component have left the space of the simulations. component: as above.
   void note_departed_points(std::string_view component, std::uint64_t session, std::uint64_t id, float share) noexcept {
@@ -115,11 +113,12 @@ class FrameLog {
     Kind kind = Kind::status;
     wire::WireStatus status = wire::WireStatus::ok;
     std::uint64_t session = 0;
-    IdRange ids;
+    IdRange ids{};
     float number = 0;       // coverage, share, seconds, or ms
     std::string_view of{};  // which rig's or component's it is
     CaptureTimes::Problem times = CaptureTimes::Problem::none;
     RigUse::Unused unused{};
+    std::string_view rig{};  // whose pose may be wrong
   };
   void push(const Event& event) noexcept {
     if (!events_.push(event)) ++without_room_;
