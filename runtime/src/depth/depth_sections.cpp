@@ -95,39 +95,45 @@ void read_regression(const ViewSections& sections, std::uint64_t samples, DepthI
   images.error_bound.per_spread = numbers[4];
 }
 
+struct Range {
+  double low, high;
+};
+constexpr Range positive_range{1 / format::largest_measure, format::largest_measure},
+    measure_range{0, format::largest_measure}, share_range{0, 1};
+
+/// Of an optional section, row by row; empty without it. columns: the ranges of their values.
+std::span<const double> optional_numbers(const ViewSections& sections, format::SectionId id, SectionReader::Shape shape,
+                                         std::span<const Range> columns) {
+  if (sections.find(id) == nullptr) return {};
+  const auto numbers = sections.required<double>(id, shape);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (const auto [low, high] = columns[i % columns.size()]; !(numbers[i] >= low && numbers[i] <= high))
+      sections.fail(id, "a value is out of range");
+  return numbers;
+}
+
 void read_hidden_numbers(const ViewSections& sections, DepthImages& images) {
-  constexpr auto id = format::SectionId::hidden_numbers;
-  if (sections.find(id) == nullptr) return;
-  const auto numbers = sections.required<double>(id, {3, 1, 1});
   const double most_price = most_cost_steps * double{images.camera.depth_step};
-  if (!(numbers[0] >= 1 / format::largest_measure && numbers[0] <= most_price) ||
-      !(numbers[1] >= 0 && numbers[1] <= 1) || !(numbers[2] >= 0 && numbers[2] <= format::largest_measure))
-    sections.fail(id, "a value is out of range");
+  const auto numbers = optional_numbers(sections, format::SectionId::hidden_numbers, {3, 1, 1},
+                                        std::array{Range{positive_range.low, most_price}, share_range, measure_range});
+  if (numbers.empty()) return;
   images.metric.hidden = static_cast<float>(numbers[0]);
   images.regression.hidden_blend = static_cast<float>(numbers[1]);
   images.regression.hidden_most_difference = static_cast<float>(numbers[2]);
 }
 
 void read_error_growths(const ViewSections& sections, DepthImages& images) {
-  constexpr auto id = format::SectionId::error_growths;
-  if (sections.find(id) == nullptr) return;
-  const auto numbers = sections.required<std::array<double, 2>>(id, {2, 2, 1});
-  for (const auto& [growth, typical] : numbers)
-    if (!(std::abs(growth) <= 1) || !(typical >= 1 / format::largest_measure && typical <= format::largest_measure))
-      sections.fail(id, "a value is out of range");
-  const auto add = [](const std::array<double, 2>& from, ErrorBound& to) { to.growth = from[0], to.typical = from[1]; };
-  add(numbers[0], images.error_bound);
-  add(numbers[1], images.hidden_error_bound);
+  const auto numbers =
+      optional_numbers(sections, format::SectionId::error_growths, {2, 2, 1}, std::array{Range{-1, 1}, positive_range});
+  if (numbers.empty()) return;
+  images.error_bound.growth = numbers[0], images.error_bound.typical = numbers[1];
+  images.hidden_error_bound.growth = numbers[2], images.hidden_error_bound.typical = numbers[3];
 }
 
 void read_bounds(const ViewSections& sections, std::uint64_t fields, DepthImages& images) {
-  constexpr auto id = format::SectionId::spread_bounds;
-  if (sections.find(id) == nullptr) return;
-  for (const auto& [share, per_spread] : sections.required<std::array<double, 2>>(id, {1 + fields, 2, 1})) {
-    if (!(share >= 0 && share <= 1) || !(per_spread >= 0 && per_spread <= format::largest_measure))
-      sections.fail(id, "a value is out of range");
-    images.bounds.push_back({share, per_spread});
-  }
+  const auto numbers = optional_numbers(sections, format::SectionId::spread_bounds, {1 + fields, 2, 1},
+                                        std::array{share_range, measure_range});
+  for (std::size_t i = 0; i < numbers.size(); i += 2) images.bounds.push_back({numbers[i], numbers[i + 1]});
 }
 
 /// Positive definite, as far as readers depend on it: entries are no larger than the diagonal ones permit.
