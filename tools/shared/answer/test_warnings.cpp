@@ -30,9 +30,11 @@ bool UndeformedCoverage::add(const wire::WireResult& result) {
 
 bool UndeformedCoverage::is_low() const noexcept { return latest_ && *latest_ < least_undeformed_coverage; }
 
+std::string rig_prefix(std::string_view rig) { return rig.empty() ? "" : "rig " + std::string(rig) + ": "; }
+
 std::string pose_warning(float coverage, std::string_view rig) {
   const std::string of(rig);
-  return (of.empty() ? "" : "rig " + of + ": ") +
+  return rig_prefix(rig) +
          formatted(
              "the frames cover only %.0f %% of the undeformed component: the pose or the model is wrong, something "
              "hides it, or there are few points; check --pose%s%s, and refine it with lbea-register",
@@ -185,16 +187,14 @@ std::optional<RigUse::Unused> RigUse::unused() const noexcept {
 
 std::string contradiction_warning() {
   return "the rigs see different shapes: one of them sees another component or another test, or its pose is wrong; "
-         "check "
-         "--pose, and the endpoints";
+         "check --pose, and the endpoints";
 }
 
 std::string unused_rig_warning(const RigUse::Unused& unused) {
-  return "rig " + std::string(unused.rig) + ": the results rest on " + std::to_string(unused.used) + " of its " +
+  return rig_prefix(unused.rig) + "the results rest on " + std::to_string(unused.used) + " of its " +
          std::to_string(unused.frames) +
          " frames; the others show nothing near a simulation, few points, or something else than the other rigs' "
-         "frames: "
-         "check the unit of the points, and --pose " +
+         "frames: check the unit of the points, and --pose " +
          std::string(unused.rig);
 }
 

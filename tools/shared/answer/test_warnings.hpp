@@ -30,6 +30,9 @@ class UndeformedCoverage {
   std::string rig_;
 };
 
+/// "rig left: " before a sentence about one of several rigs; empty without a name.
+[[nodiscard]] std::string rig_prefix(std::string_view rig);
+
 /// A sentence for a low coverage of the undeformed component. rig: of several, or empty.
 [[nodiscard]] std::string pose_warning(float coverage, std::string_view rig = {});
 

@@ -16,13 +16,11 @@ bool is_identified(wire::WireStatus status) {
 
 constexpr auto log_interval = std::chrono::seconds(1);
 
-std::string prefix_of_rig(const std::string& rig) { return rig.empty() ? "" : "rig " + rig + ": "; }
-
 std::string from(const std::string& address) { return address.empty() ? "" : " from " + address; }
 
 }  // namespace
 
-FrameLog::FrameLog(const std::string& rig) : prefix_(prefix_of_rig(rig)) {}
+FrameLog::FrameLog(const std::string& rig) : prefix_(rig_prefix(rig)) {}
 
 std::string frames_text(IdRange ids) {
   if (ids.count == 1) return "frame " + std::to_string(ids.first);
@@ -113,7 +111,7 @@ void FrameLog::write_problem(const Event& event) {
 
 std::string FrameLog::prefix_of(std::uint64_t session) const {
   const auto sender = std::ranges::find(known_, session, &wire::WireSender::session);
-  return sender == known_.end() || sender->rig.empty() ? prefix_ : prefix_of_rig(sender->rig);
+  return sender == known_.end() || sender->rig.empty() ? prefix_ : rig_prefix(sender->rig);
 }
 
 void FrameLog::write(const std::vector<wire::WireSender>& senders) {
