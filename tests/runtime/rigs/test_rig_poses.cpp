@@ -8,7 +8,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <random>
+#include <map>
 #include <thread>
 
 using namespace lbea;
@@ -30,6 +30,25 @@ struct PosedRigs : TwoRigs {
     return SensorViews(std::make_shared<const DepthImages>(images));
   }
 };
+
+/// One point per quarter of a cell of the depth image, the mean of its points: a frame without empty cells from any
+/// pose, but a plane needs points of a total weight of 4, and these have 3 on average (4 per cell, times half the area
+/// of a circle of 0.7 cells).
+std::vector<Point> one_per_quarter(std::span<const Point> points, const DepthCamera& camera) {
+  std::map<std::pair<int, int>, std::vector<Point>> quarters;
+  for (const Point& p : points) {
+    const auto half_cells = [&](float x) { return static_cast<int>(std::floor(2 * camera.focal * x / p.z)); };
+    quarters[{half_cells(p.x), half_cells(p.y)}].push_back(p);
+  }
+  std::vector<Point> means;
+  for (const auto& [quarter, inside] : quarters) {
+    Point mean{};
+    const float share = 1 / static_cast<float>(inside.size());
+    for (const Point& p : inside) mean = {mean.x + share * p.x, mean.y + share * p.y, mean.z + share * p.z};
+    means.push_back(mean);
+  }
+  return means;
+}
 
 }  // namespace
 
@@ -146,24 +165,24 @@ TEST_CASE("a first rig with too few points for a plane has the pose that its ima
   PosedRigs two;
   two.rigs[0].views =
       changed(two.rigs[0].views, [](DepthImages& images) { images.misfit_limit = 10; });  // explains any frame
-  const std::vector<float> positions = positions_of(two.model, 3);
-  auto above = seen_from(two.sensors[0], positions);
-  for (Point& p : above) p.z += 2;
-  std::mt19937 random(1);
-  std::ranges::shuffle(above, random);
-  // Two per cell: the image is not sparse, but a plane needs points of a total weight of 4.
-  const DepthCamera& camera = two.rigs[0].views.data()->camera;
-  std::map<std::pair<int, int>, int> in_cell;
-  std::erase_if(above, [&](const Point& p) {
-    const auto cell = [&](float x) { return static_cast<int>(std::floor(camera.focal * x / p.z)); };
-    return ++in_cell[{cell(p.x), cell(p.y)}] > 2;
-  });
-  const auto below = seen_from(two.sensors[1], positions, 2);
-  RigMatcher matcher(two.model, fit_config(), two.rigs);
-  for (int frame = 0; frame < 6; ++frame)
-    (void)matcher.match(std::vector<Frame>{at(0.1 * frame, above), at(0.1 * frame, below)});
-  REQUIRE(matcher.rigs()[0].is_used);
-  CHECK(std::abs(matcher.pose_correction(0)[11] - 2) < 0.5f);  // nearer to the rig above
+  PosedRigs by_images = two;
+  by_images.rigs[0].views =
+      changed(by_images.rigs[0].views, [](DepthImages& images) { images.pose_errors_by_points = std::nullopt; });
+  for (const std::uint32_t sample : {3u, 20u, 37u, 47u}) {
+    CAPTURE(sample);
+    const std::vector<float> positions = positions_of(two.model, sample);
+    auto above = seen_from(two.sensors[0], positions);
+    for (Point& p : above) p.z += 2;
+    above = one_per_quarter(above, two.rigs[0].views.data()->camera);
+    const auto below = seen_from(two.sensors[1], positions, 2);
+    RigMatcher matcher(two.model, fit_config(), two.rigs), expected(two.model, fit_config(), by_images.rigs);
+    for (int frame = 0; frame < 6; ++frame)
+      for (RigMatcher* const each : {&matcher, &expected})
+        (void)each->match(std::vector<Frame>{at(0.1 * frame, above), at(0.1 * frame, below)});
+    REQUIRE(matcher.rigs()[0].is_used);
+    CHECK(matcher.pose_correction(0) == expected.pose_correction(0));
+    CHECK(matcher.rigs()[0].pose_shift > 0.5f);
+  }
 }
 
 // The frames before reset() entered the next test, with their pose.
