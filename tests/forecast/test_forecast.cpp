@@ -62,13 +62,6 @@ struct Seen {
 
 double sum(std::span<const float> values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-double mean_distance(std::span<const float> a, std::span<const float> b) {
-  double all = 0;
-  for (std::size_t i = 0; i < a.size(); i += 3)
-    all += std::hypot(a[i] - b[i], a[i + 1] - b[i + 1], a[i + 2] - b[i + 2]);
-  return 3 * all / static_cast<double>(a.size());
-}
-
 std::vector<float> weights(const TestForecast& forecast) {
   return {forecast.run_weights.begin(), forecast.run_weights.end()};
 }

@@ -1,5 +1,7 @@
 #include "runtime/src/depth/combination.hpp"
 
+#include "runtime/src/numbers/elementary.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -136,6 +138,12 @@ void RidgeProblem::substitute(std::span<double> values) const noexcept {
     for (std::size_t j = i + 1; j < k; ++j) values[i] -= factor_[i * k + j] * values[j];
     values[i] /= factor_[i * k + i];
   }
+}
+
+double RidgeProblem::log_determinant(std::size_t k, double price) const noexcept {
+  double sum = 0;
+  for (std::size_t j = 0; j < k; ++j) sum += logarithm(factor_[j * k + j] * factor_[j * k + j] / price);
+  return sum;
 }
 
 }  // namespace lbea

@@ -43,6 +43,8 @@ class RidgeProblem {
   void factorize(std::span<const float> gram, std::size_t stride, std::span<const float> prices) noexcept;
   /// Solves (G + P) x = values for the factorized matrix.
   void substitute(std::span<double> values) const noexcept;
+  /// ln det(I + G / price) of the factorized k x k matrix, if all prices are this one.
+  [[nodiscard]] double log_determinant(std::size_t k, double price) const noexcept;
 
  private:
   std::vector<double> factor_, change_, ones_;  // factor_: rows of U, from the diagonal on

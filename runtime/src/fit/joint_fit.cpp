@@ -86,7 +86,7 @@ void JointFitter::correct(SurfaceFit& result) noexcept {
   begin_correction();
   SurfaceCorrection& correction = rigs_.front().fitter->correction();
   for (const RigEvidence& rig : rigs_.subspan(1)) correction.join(rig.fitter->correction());
-  const auto weights = correction.solve();
+  const auto weights = correction.solve(false);
   if (weights.empty()) {
     for (const RigEvidence& rig : rigs_) rig.fitter->correction().clear();
     return;

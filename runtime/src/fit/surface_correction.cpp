@@ -1,5 +1,7 @@
 #include "runtime/src/fit/surface_correction.hpp"
 
+#include "runtime/src/numbers/elementary.hpp"
+
 #include <cstring>
 #include <functional>
 #include <numeric>
@@ -152,7 +154,7 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, c
 void SurfaceCorrection::begin(const ShapeEstimate& estimate) noexcept {
   estimate_ = &estimate;
   all_measured_ = rigs_ = 0;
-  squares_ = 0;
+  squares_ = distance_squares_ = 0;
   std::ranges::fill(gram_, 0.0f);
   std::ranges::fill(products_, 0.0f);
 }
@@ -174,19 +176,26 @@ void SurfaceCorrection::join(const SurfaceCorrection& other) noexcept {
   if (other.rigs_ == 0) return;
   all_measured_ += other.all_measured_;
   squares_ += other.squares_;
+  distance_squares_ += other.distance_squares_;
   std::ranges::transform(gram_, other.gram_, gram_.begin(), std::plus<>{});
   std::ranges::transform(products_, other.products_, products_.begin(), std::plus<>{});
   nuisances_[rigs_++] = other.nuisances_[0];
 }
 
-std::span<const float> SurfaceCorrection::solve() noexcept {
+std::span<const float> SurfaceCorrection::solve(bool may_be_sample) noexcept {
   if (rigs_ == 0) return {};
   // The fewer nodes are measured, the less they tell of the others
   const float nodes = static_cast<float>(shapes_.nodes()), measured = static_cast<float>(all_measured_);
   const float price = price_ * nodes * nodes / measured * (squares_ / static_cast<float>(rigs_));
   if (!(price >= std::numeric_limits<float>::min())) return {};  // all samples have the same shape
   for (Nuisances& of_rig : std::span(nuisances_).first(rigs_)) eliminate(of_rig, price);
-  return weights_for(price);
+  const double left = solve_ridge(price);
+  const auto weights = weights_by_changes();
+  if (const auto sample = may_be_sample ? likely_sample(left, price) : std::nullopt) {
+    std::ranges::fill(weights, 0.0f);
+    weights[*sample] = 1;
+  }
+  return weights;
 }
 
 SurfaceEquations SurfaceCorrection::equations() const noexcept {
@@ -344,6 +353,9 @@ void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
   lbea::add_products(code_, rows_.data(), k, stride, 1, sums_, gram_);
   code_.project(rows_.data(), k, stride, distances_.data(), sums_.data());
   for (std::size_t i = 0; i < k; ++i) products_[i] += sums_[i];
+  float squares = 0;
+  code_.project(distances_.data(), 1, stride, distances_.data(), &squares);
+  distance_squares_ += squares;
   for (std::size_t n = 0; n < nuisances; ++n) {
     const float* const column = &directions_[n * stride];
     code_.project(directions_.data(), nuisances, stride, column, of_rig.matrix[n].data());
@@ -367,6 +379,7 @@ void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
       for (std::size_t j = i; j < k; ++j) gram_[i * k + j] -= factor * row[j];
       products_[i] -= factor * constant[n];
     }
+    distance_squares_ -= square(constant[n]) / pivot;
     for (std::size_t other = n + 1; other < nuisances; ++other) {
       const float factor = matrix[other][n] / pivot;
       for (std::size_t m = n; m < nuisances; ++m) matrix[other][m] -= factor * matrix[n][m];
@@ -376,17 +389,45 @@ void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
   }
 }
 
-std::span<const float> SurfaceCorrection::weights_for(float price) noexcept {
-  const auto before = estimate_->samples();
-  const std::size_t k = before.size();
+/// Sets the changes c of the weights, which minimize |r - R c|^2 + price c'c. Returns the minimum.
+double SurfaceCorrection::solve_ridge(float price) noexcept {
+  const std::size_t k = estimate_->samples().size();
   const auto changes = std::span(changes_).first(k);
-  std::ranges::copy(std::span(products_).first(k), changes.begin());
-  const auto weights = std::span(weights_).first(k);  // first the prices
-  std::ranges::fill(weights, price);
-  ridge_.factorize(gram_, k, weights);
+  const auto products = std::span<const float>(products_).first(k);
+  std::ranges::copy(products, changes.begin());
+  std::ranges::fill(std::span(weights_).first(k), price);
+  ridge_.factorize(gram_, k, std::span<const float>(weights_).first(k));
   ridge_.substitute(changes);
+  return double{distance_squares_} - std::inner_product(products.begin(), products.end(), changes.begin(), 0.0);
+}
+
+/// The sample with the least sum of squares q, if its likelihood is greater than that of all combinations together,
+/// whose weights have a normal distribution about the estimate. With n distances, that is if
+///   n ln(q / left) < ln det(I + G / price)
+/// (Bayesian linear regression, Bishop 2006, eq. 3.86). No more distances than weights determine no combination.
+std::optional<std::size_t> SurfaceCorrection::likely_sample(double left, float price) const noexcept {
+  constexpr double rounding = 1e-6;
+  const std::size_t k = estimate_->samples().size();
+  const double n = static_cast<double>(all_measured_), least = std::max(rounding * double{distance_squares_}, 1e-30);
+  if (all_measured_ <= k) return {};
+  const auto squares = [&](std::size_t i) {
+    return double{distance_squares_} - 2 * double{products_[i]} + double{gram_[i * k + i]};
+  };
+  std::size_t sample = 0;
+  for (std::size_t i = 1; i < k; ++i)
+    if (squares(i) < squares(sample)) sample = i;
+  const double ratio = std::max(squares(sample), least) / std::max(left, least);
+  if (!(n * logarithm(ratio) < ridge_.log_determinant(k, double{price}))) return {};
+  return sample;
+}
+
+/// An estimate with changed weights, whose sum is 1.
+std::span<float> SurfaceCorrection::weights_by_changes() noexcept {
+  const auto before = estimate_->samples();
+  const auto changes = std::span(changes_).first(before.size());
+  const auto weights = std::span(weights_).first(before.size());
   const double all = std::accumulate(changes.begin(), changes.end(), 0.0);
-  for (std::size_t i = 0; i < k; ++i)
+  for (std::size_t i = 0; i < weights.size(); ++i)
     weights[i] = static_cast<float>((1 - all) * double{before[i].weight} + changes[i]);
   return weights;
 }

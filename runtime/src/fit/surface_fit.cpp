@@ -73,7 +73,7 @@ void SurfaceFitter::compare() noexcept {
 
 void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcept {
   begin_correction(estimate_, index);
-  const auto weights = correction_.solve();
+  const auto weights = correction_.solve(!is_hidden());
   if (weights.empty()) return correction_.clear();
   estimate_.reweigh(weights);
   weights_.rank(estimate_.from_estimate(), 0, result);

@@ -5,6 +5,8 @@
 #include "precompute/rig/virtual_sensor.hpp"
 #include "tests/support/synthetic_model.hpp"
 
+#include <cmath>
+#include <limits>
 #include <map>
 
 namespace lbea::test {
@@ -66,6 +68,33 @@ inline MatcherConfig fit_config() {
   config.method = Method::fit;
   config.T_reference_sensor = rig_above().T_reference_sensor;
   return config;
+}
+
+/// Of the nodes of two shapes.
+inline double mean_distance(std::span<const float> a, std::span<const float> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]},
+                      double{a[i + 2]} - double{b[i + 2]});
+  return 3 * sum / static_cast<double>(a.size());
+}
+
+/// Node positions of a combination of samples.
+inline std::vector<float> mesh_of(const Model& model, std::span<const WeightedSample> estimate) {
+  std::vector<float> mesh(std::size_t{3} * model.nodes());
+  for (const auto& [sample, weight] : estimate) {
+    const auto positions = model.node_positions(model.sample_index(sample));
+    for (std::size_t i = 0; i < mesh.size(); ++i) mesh[i] += weight * positions[i];
+  }
+  return mesh;
+}
+
+/// mean_distance() of the sample with the least one.
+inline double nearest_sample(const Model& model, std::span<const float> mesh) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t s = 0; s < model.samples(); ++s)
+    least = std::min(least, mean_distance(mesh, model.node_positions(s)));
+  return least;
 }
 
 }  // namespace lbea::test

@@ -13,34 +13,6 @@ using namespace lbea;
 using namespace lbea::bake;
 using namespace lbea::test;
 
-namespace {
-
-double mean_distance(std::span<const float> a, std::span<const float> b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); i += 3)
-    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]},
-                      double{a[i + 2]} - double{b[i + 2]});
-  return sum / static_cast<double>(a.size() / 3);
-}
-
-std::vector<float> mesh_of(const Model& model, std::span<const WeightedSample> estimate) {
-  std::vector<float> mesh(std::size_t{3} * model.nodes(), 0.0f);
-  for (const auto& [sample, weight] : estimate) {
-    const auto positions = model.node_positions(model.sample_index(sample));
-    for (std::size_t i = 0; i < mesh.size(); ++i) mesh[i] += weight * positions[i];
-  }
-  return mesh;
-}
-
-double nearest_sample(const Model& model, std::span<const float> mesh) {
-  double least = 1e9;
-  for (std::uint32_t s = 0; s < model.samples(); ++s)
-    least = std::min(least, mean_distance(mesh, model.node_positions(s)));
-  return least;
-}
-
-}  // namespace
-
 TEST_CASE("landmarks are the same whether those of all samples were copied or not; moved shapes differ by the motion") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());

@@ -6,8 +6,6 @@
 
 #include <lbea/rigs.hpp>
 
-#include <cmath>
-
 namespace lbea::test {
 
 inline StereoSensor rig_below() {
@@ -60,15 +58,6 @@ struct TwoRigs {
     return matcher;
   }
 };
-
-/// Of the nodes of two shapes.
-inline double mean_distance(std::span<const float> a, std::span<const float> b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); i += 3)
-    sum += std::hypot(double{a[i]} - double{b[i]}, double{a[i + 1]} - double{b[i + 1]},
-                      double{a[i + 2]} - double{b[i + 2]});
-  return 3 * sum / static_cast<double>(a.size());
-}
 
 /// Of the best sample. Several runs have the same shape at different times.
 inline double distance(const Model& model, const MatchResult& result, const std::vector<float>& positions) {
