@@ -92,6 +92,17 @@ bool set_length_1(Vector& v) noexcept {
   return true;
 }
 
+/// 0 without values. Their number squared is the work.
+float median_of_few(std::span<const float> values) noexcept {
+  const auto middle = std::ssize(values) / 2;
+  for (const float value : values) {
+    const auto less = std::ranges::count_if(values, [value](float other) { return other < value; }),
+               not_greater = std::ranges::count_if(values, [value](float other) { return other <= value; });
+    if (less <= middle && middle < not_greater) return value;
+  }
+  return 0;
+}
+
 /// Where the points end beyond an edge: the second farthest in a strip of the surface, which one wrong point does not
 /// change.
 class Strip {
@@ -313,8 +324,7 @@ void SurfaceCorrection::weigh_robustly() noexcept {
   for (std::size_t i = first_edge(); i < shapes_.nodes(); ++i)
     if (is_edge[i] != 0) ends[edges++] = distances_[i];
   const auto measured = std::span(ends).first(edges);
-  std::ranges::nth_element(measured, measured.begin() + std::ssize(measured) / 2);
-  const float lacking = edges > 0 ? measured[edges / 2] : 0;
+  const float lacking = median_of_few(measured);
   float of_planes = 0, of_edges = 0;
   for (std::size_t i = 0; i < first_edge(); ++i) of_planes += std::abs(distances_[i]);
   for (const float end : measured) of_edges += std::abs(end - lacking);
@@ -405,7 +415,9 @@ double SurfaceCorrection::solve_ridge(float price) noexcept {
 /// whose weights have a normal distribution about the estimate. With n distances, that is if
 ///   n ln(q / left) < ln det(I + G / price)
 /// (Bayesian linear regression, Bishop 2006, eq. 3.86). No more distances than weights determine no combination.
-std::optional<std::size_t> SurfaceCorrection::likely_sample(double left, float price) const noexcept {
+[[gnu::cold]]  // compiled for size
+std::optional<std::size_t>
+SurfaceCorrection::likely_sample(double left, float price) const noexcept {
   constexpr double rounding = 1e-6;
   const std::size_t k = estimate_->samples().size();
   const double n = static_cast<double>(all_measured_), least = std::max(rounding * double{distance_squares_}, 1e-30);
