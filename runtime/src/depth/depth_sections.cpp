@@ -155,14 +155,11 @@ void read_expected_residuals(const ViewSections& sections, std::uint64_t samples
     sections.fail(id, "a value is negative or not finite");
 }
 
-template <std::size_t Count>
-std::array<double, Count> not_negative(const ViewSections& sections, format::SectionId id) {
-  std::array<double, Count> numbers{};
-  if (sections.find(id) == nullptr) return numbers;
-  std::ranges::copy(sections.required<double>(id, {Count, 1, 1}), numbers.begin());
-  if (!std::ranges::all_of(numbers, [](double v) { return v >= 0 && format::is_measured(v); }))
-    sections.fail(id, "a value is negative or not finite");
-  return numbers;
+/// A pair; both 0 without the section.
+std::array<double, 2> pose_numbers(const ViewSections& sections, format::SectionId id) {
+  const auto numbers = optional_numbers(sections, id, {2, 1, 1}, std::array{measure_range});
+  if (numbers.empty()) return {};
+  return {numbers[0], numbers[1]};
 }
 
 std::optional<PoseSpreads> pose_spreads(const ViewSections& sections, format::SectionId id) {
@@ -176,16 +173,18 @@ std::optional<PoseSpreads> pose_spreads(const ViewSections& sections, format::Se
 
 void read_pose_and_time(const ViewSections& sections, DepthImages& images) {
   using format::SectionId;
-  const auto [variance, drift_evidence] = not_negative<2>(sections, SectionId::pose_numbers);
+  const auto [variance, drift_evidence] = pose_numbers(sections, SectionId::pose_numbers);
   images.pose_variance = static_cast<float>(variance);
   images.pose_errors = {pose_spreads(sections, SectionId::pose_spreads).value_or(PoseSpreads()), drift_evidence};
   if ((sections.find(SectionId::pose_spreads_by_points) == nullptr) !=
       (sections.find(SectionId::pose_numbers_by_points) == nullptr))
     sections.fail(SectionId::pose_spreads_by_points, "there is only one of it and pose_numbers_by_points");
-  const auto [is_known, evidence_with_points] = not_negative<2>(sections, SectionId::pose_numbers_by_points);
+  const auto [is_known, evidence_with_points] = pose_numbers(sections, SectionId::pose_numbers_by_points);
   if (const auto spreads = pose_spreads(sections, SectionId::pose_spreads_by_points); spreads && is_known > 0)
     images.pose_errors_by_points = {*spreads, evidence_with_points};
-  images.time_variation = static_cast<float>(not_negative<1>(sections, SectionId::time_numbers)[0]);
+  if (const auto numbers = optional_numbers(sections, SectionId::time_numbers, {1, 1, 1}, std::array{measure_range});
+      !numbers.empty())
+    images.time_variation = static_cast<float>(numbers[0]);
 }
 
 }  // namespace
