@@ -3,6 +3,7 @@
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/left_out/left_out_tests.hpp"
 #include "precompute/left_out/sample_cache.hpp"
+#include "runtime/src/model/run_samples.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@ namespace {
 constexpr std::size_t most_matched = 192, most_compared = 1024;  // frames
 constexpr std::size_t most_hidden = 576;                         // frames: a hidden part makes errors vary more
 constexpr std::size_t most_tests = 100, most_hidden_tests = 50;  // runs
+constexpr std::size_t least_priced_runs = 8;                     // fewer tell little about their scatter
 constexpr double hidden_by_a_patch = 0.3;                        // share of the cells
 
 /// Shape scores of the frames' estimates, one row each. shapes: those of all samples.
@@ -59,9 +61,9 @@ struct TestFrames {
 /// without it. Returns its predictions for the whole frames, for the hidden ones, then for those of the tests.
 Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& whole, const LeftOutTests& hidden,
                              const TestFrames& tests, std::span<const FrameErrors> of_whole,
-                             std::span<const FrameErrors> of_hidden, const DepthMetric& costs, unsigned threads,
+                             std::span<const FrameErrors> of_hidden, const DepthMetric& metric, unsigned threads,
                              TrainedShapes& trained) {
-  ShapeTraining training(source, costs);
+  ShapeTraining training(source, metric);
   std::vector<CompletedFrame> completed;
   const auto add_completed = [&](const LeftOutTests& of, std::span<const FrameErrors> errors) {
     for (std::size_t i = 0; i < errors.size(); ++i) completed.push_back({of.frames().sample(i), errors[i].completed});
@@ -108,9 +110,9 @@ FramePair learn_tests(const LeftOutTests& seen, const LeftOutTests& hidden, cons
   const auto of_seen = static_cast<Eigen::Index>(seen.frames().size()),
              of_hidden = static_cast<Eigen::Index>(hidden.frames().size());
   FramePair frames{
-      seen.published_errors(0, learned.metric, regression, regression.blend,
+      seen.published_errors(0, learned.costs, regression, regression.blend,
                             predicted.middleRows(predicted.rows() - of_hidden - of_seen, of_seen)),
-      hidden.published_errors(0, learned.metric, regression, regression.hidden_blend, predicted.bottomRows(of_hidden))};
+      hidden.published_errors(0, learned.costs, regression, regression.hidden_blend, predicted.bottomRows(of_hidden))};
   learned.tests = estimated_shapes(frames[0], regression);
   learned.hidden_tests = estimated_shapes(frames[1], regression);
   return frames;
@@ -149,16 +151,16 @@ std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthM
 }
 
 void learn_limits(const SampleSource& source, unsigned threads, LearnedFit& learned) {
-  const std::vector<LeftOut> answers = left_out_residuals(source, learned.metric, threads);
+  const std::vector<LeftOut> answers = left_out_residuals(source, learned.costs.metric, threads);
   const ExpectedResiduals expected(answers);
   std::ranges::transform(source.samples, learned.expected.begin(),
                          [&](const Sample& sample) { return expected.at(sample.time_step); });
-  learned.limits = misfit_limits(answers, expected, learned.metric.mesh_noise);
+  learned.limits = misfit_limits(answers, expected, learned.costs.metric.mesh_noise);
 }
 
 /// What an ensemble of one simulation has.
 LearnedFit not_learned(const SampleSource& source) {
-  return {.metric = DepthMetric{}.in(source.length_unit),
+  return {.costs = {DepthMetric{}.in(source.length_unit)},
           .expected = std::vector<float>(source.samples.size(), 0.0f),
           .bounds = std::vector<SpreadBound>(source.read_field ? 1 + source.fields : 0),
           .shapes = TrainedShapes::untrained(source.camera, source.samples.size())};
@@ -170,31 +172,42 @@ struct PublishedErrors {
   FramePair tests;
 };
 
-/// Learns the metric, the regression and what the tests look like.
+/// Learns the metric, the prices, the regression and what the tests look like.
 PublishedErrors learn_estimates(const SampleSource& source, unsigned threads, LearnedFit& learned) {
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
   const LeftOutTests whole(source, metrics, most_matched, 0, threads);
   const LeftOutTests same_hidden(source, metrics, most_matched, hidden_by_a_patch, threads);
   const auto [metric, of_whole] = choose_metric(whole, same_hidden);
-  learned.metric = metrics[metric];
+  FitCosts& costs = learned.costs;
+  costs = {metrics[metric], source.prices.value_or(EstimatePrices{})};
   const std::span chosen(&metrics[metric], 1);
   const LeftOutTests hidden(source, chosen, most_hidden, hidden_by_a_patch, threads);
-  const std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, learned.metric);
+  const std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, costs);
   const LeftOutTests seen_tests(source, chosen, samples_of_tests(source, most_tests), 0, threads);
   const LeftOutTests hidden_tests(source, chosen, samples_of_tests(source, most_hidden_tests), hidden_by_a_patch,
                                   threads, HiddenPlace::of_run);
   const Eigen::MatrixXd predicted =
-      train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, learned.metric)}, of_whole,
-                   of_hidden, learned.metric, threads, learned.shapes);
+      train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, costs)}, of_whole,
+                   of_hidden, costs.metric, threads, learned.shapes);
   const ShapeRegression regression = learned.shapes.view();
   const auto rows = [&](std::size_t first, std::size_t count) {
     return predicted.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
   };
-  PublishedErrors errors{
-      whole.published_errors(metric, learned.metric, regression, regression.blend, rows(0, of_whole.size())),
-      hidden.published_errors(0, learned.metric, regression, regression.hidden_blend,
-                              rows(of_whole.size(), of_hidden.size())),
-      {}};
+  const auto publish = [&, metric = metric](const FitCosts& tried, std::size_t every_hidden) -> PublishedErrors {
+    return {whole.published_errors(metric, tried, regression, regression.blend, rows(0, of_whole.size())),
+            hidden.published_errors(0, tried, regression, regression.hidden_blend,
+                                    rows(of_whole.size(), of_hidden.size()), every_hidden),
+            {}};
+  };
+  const auto errors_by = [&](const EstimatePrices& prices) {
+    constexpr std::size_t as_many_as_whole = most_hidden / most_matched;
+    PublishedErrors errors = publish({costs.metric, prices}, as_many_as_whole);
+    append(errors.whole, errors.hidden);
+    return errors.whole;
+  };
+  if (!source.prices && samples_of_runs(source.samples).size() >= least_priced_runs)
+    learn_prices(errors_by, costs.prices);
+  PublishedErrors errors = publish(costs, 1);
   if (regression.blend > 0) errors.tests = learn_tests(seen_tests, hidden_tests, regression, predicted, learned);
   return errors;
 }
@@ -216,7 +229,7 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   FramePair all = errors.tests;
   append(all[0], errors.whole);
   append(all[1], errors.hidden);
-  const double least = 1e-3 * double{learned.metric.mesh_noise};  // spread; below it the shapes are all the same
+  const double least = 1e-3 * double{learned.costs.metric.mesh_noise};  // spread; below it the shapes are all the same
   learned.error_bound = learn_error_bound(all[0], least);
   learned.hidden_error_bound = learn_error_bound(all[1], least);
   if (source.read_field)
@@ -224,7 +237,7 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
         learn_bounds(source, {errors.whole, learned.error_bound}, {errors.hidden, learned.hidden_error_bound}, threads);
   learned.time_variation = time_variation(source, errors.whole);
   learn_channels(source, all, learned);
-  learned.pose = learn_pose(source, learned.metric, threads);
+  learned.pose = learn_pose(source, learned.costs, threads);
   learn_limits(source, threads, learned);
   return learned;
 }

@@ -15,7 +15,7 @@ struct EstimatedShape {
 };
 
 struct LearnedFit {
-  DepthMetric metric;           // length unit: of five, see choose_metric()
+  FitCosts costs;               // metric: length unit; of five, see choose_metric()
   std::vector<float> expected;  // s: the residual that an unseen run leaves at this sample's time step
   MisfitLimits limits{};
   ErrorBound error_bound{};         // of frames with a full view

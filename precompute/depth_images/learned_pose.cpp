@@ -39,21 +39,21 @@ using Measured = std::vector<std::optional<PoseMeasurement>>;
 
 class LeftOutRuns {
  public:
-  LeftOutRuns(const SampleSource& source, const DepthMetric& metric, unsigned threads)
+  LeftOutRuns(const SampleSource& source, const FitCosts& costs, unsigned threads)
       : source_(source),
-        metric_(metric),
+        costs_(costs),
         threads_(threads),
         frames_(source, whole_runs(source.samples), 0),
-        best_(best_of_others(source, frames_, std::span(&metric_, 1), FitSettings{}.candidates, threads)),
+        best_(best_of_others(source, frames_, std::span(&costs_.metric, 1), FitSettings{}.candidates, threads)),
         duration_(std::max(std::ranges::max(source.samples, {}, &Sample::time_step).time_step, 1u)),
         calibration_(
-            calibration_variances(LeftOutFitter(source, metric, 1).center(), units_per_mm(source.length_unit))) {}
+            calibration_variances(LeftOutFitter(source, costs, 1).center(), units_per_mm(source.length_unit))) {}
 
   /// variance: learned before; 0: not known, and points are not measured.
   [[nodiscard]] std::vector<ApparentMotion> motions(double variance) const {
     std::vector<ApparentMotion> motions(frames_.size());
     work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
-      LeftOutFitter fitter(source_, metric_, FitSettings{}.candidates, {}, variance);
+      LeftOutFitter fitter(source_, costs_, FitSettings{}.candidates, {}, variance);
       for (std::size_t i = next(); i < frames_.size(); i = next())
         motions[i] = fitter.motion({frames_, i, best_[i], false}, calibration_, variance > 0);
     });
@@ -150,7 +150,7 @@ class LeftOutRuns {
   }
 
   const SampleSource& source_;
-  DepthMetric metric_;
+  FitCosts costs_;
   unsigned threads_;
   LeftOutFrames frames_;
   std::vector<BestSamples> best_;
@@ -177,8 +177,8 @@ bool is_ambiguous(std::span<const ApparentMotion> motions) {
 
 }  // namespace
 
-LearnedPose learn_pose(const SampleSource& source, const DepthMetric& metric, unsigned threads) {
-  const LeftOutRuns runs(source, metric, threads);
+LearnedPose learn_pose(const SampleSource& source, const FitCosts& costs, unsigned threads) {
+  const LeftOutRuns runs(source, costs, threads);
   const std::vector<ApparentMotion> motions = runs.motions(0);
   if (is_ambiguous(motions)) return {};
   LearnedPose learned;

@@ -1,7 +1,7 @@
 // What the bake learns about pose errors: runs that are not in the ensemble look like moved ones.
 #pragma once
 
-#include "precompute/left_out/left_out_frames.hpp"
+#include "precompute/left_out/left_out_fitter.hpp"
 
 namespace lbea::bake {
 
@@ -13,6 +13,6 @@ struct LearnedPose {
 };
 
 /// Left-out runs, whose poses are right, are matched with the other runs over their whole duration.
-[[nodiscard]] LearnedPose learn_pose(const SampleSource& source, const DepthMetric& metric, unsigned threads);
+[[nodiscard]] LearnedPose learn_pose(const SampleSource& source, const FitCosts& costs, unsigned threads);
 
 }  // namespace lbea::bake

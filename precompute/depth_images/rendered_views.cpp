@@ -19,6 +19,7 @@ struct RenderedImages {
 SampleSource source_of(const Model& model, const DepthCamera& camera) {
   SampleSource source{.camera = camera, .length_unit = std::string(model.length_unit()), .nodes = model.nodes()};
   for (std::uint32_t s = 0; s < model.samples(); ++s) source.samples.push_back(model.sample(s));
+  if (const auto& baked = model.view().depth_images) source.prices = baked->prices;
   source.read_positions = [&model](std::size_t sample, std::span<float> positions) {
     std::ranges::copy(model.node_positions(static_cast<std::uint32_t>(sample)), positions.begin());
   };
@@ -47,7 +48,8 @@ SensorViews rendered_views(const Model& model, SampleSource source, const Sample
   return SensorViews(std::make_shared<const DepthImages>(DepthImages{source.camera,
                                                                      rendered->depths,
                                                                      learned.expected,
-                                                                     learned.metric,
+                                                                     learned.costs.metric,
+                                                                     learned.costs.prices,
                                                                      learned.limits.frame,
                                                                      learned.limits.test,
                                                                      learned.error_bound,

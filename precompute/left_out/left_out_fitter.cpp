@@ -12,7 +12,7 @@ LeftOutFrame::LeftOutFrame(const LeftOutFrames& frames, std::size_t i, const Bes
   for (const RankedSample& one : best.ranked()) proposed.push_back(one.sample);
 }
 
-LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
+LeftOutFitter::LeftOutFitter(const SampleSource& source, const FitCosts& costs, std::size_t most,
                              const ShapeRegression& regression, double pose_variance)
     : source_(source),
       regression_(regression),
@@ -33,7 +33,8 @@ LeftOutFitter::LeftOutFitter(const SampleSource& source, const DepthMetric& metr
                   std::make_shared<const DepthImages>(DepthImages{.camera = source.camera,
                                                                   .depths = depths_,
                                                                   .expected = expected_,
-                                                                  .metric = metric,
+                                                                  .metric = costs.metric,
+                                                                  .prices = costs.prices,
                                                                   .pose_variance = static_cast<float>(pose_variance),
                                                                   .regression = regression_of_proposed()})),
               1) {}

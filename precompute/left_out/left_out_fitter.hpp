@@ -36,12 +36,18 @@ struct LeftOutFrame {
   LeftOutFrame(const LeftOutFrames& frames, std::size_t i, const BestSamples& best, bool is_hidden);
 };
 
+/// What comparing and combining samples costs.
+struct FitCosts {
+  DepthMetric metric;
+  EstimatePrices prices{};
+};
+
 /// Matches frames by their proposed samples alone, in a model that has only these.
 class LeftOutFitter {
  public:
   /// source: with nodes_of. most: proposed samples per frame. regression: of the source's samples. pose_variance: of
   /// DepthImages.
-  LeftOutFitter(const SampleSource& source, const DepthMetric& metric, std::size_t most,
+  LeftOutFitter(const SampleSource& source, const FitCosts& costs, std::size_t most,
                 const ShapeRegression& regression = {}, double pose_variance = 0);
   LeftOutFitter(const LeftOutFitter&) = delete;
   LeftOutFitter& operator=(const LeftOutFitter&) = delete;

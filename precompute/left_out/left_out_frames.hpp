@@ -31,7 +31,8 @@ struct SampleSource {
   SurfacePlaces surface{};  // at which points are compared
   /// Positions of these places. Set by with_cache().
   std::function<std::vector<float>(std::size_t sample)> surface_of{};
-  std::vector<float> channels{};  // channels x samples
+  std::vector<float> channels{};           // channels x samples
+  std::optional<EstimatePrices> prices{};  // of estimates, learned before
   std::size_t fields = 0, elements = 0;
   /// Fills `values`: one per element.
   std::function<void(std::size_t field, std::size_t sample, std::span<float> values)> read_field{};

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace lbea::bake {
@@ -21,6 +22,14 @@ double total(std::span<const FrameErrors> errors) {
   return sum;
 }
 
+std::vector<double> sums_by_run(std::span<const FrameErrors> errors) {
+  std::map<std::uint32_t, double> by_run;
+  for (const FrameErrors& error : errors) by_run[error.simulation] += sum_of(error);
+  std::vector<double> sums;
+  for (const auto& [run, sum] : by_run) sums.push_back(sum);
+  return sums;
+}
+
 /// Per sample, seen completely and with a hidden part.
 std::vector<double> sums_of(std::span<const FrameErrors> whole, std::span<const FrameErrors> hidden) {
   std::vector<double> sums;
@@ -28,9 +37,8 @@ std::vector<double> sums_of(std::span<const FrameErrors> whole, std::span<const 
   return sums;
 }
 
-/// How much smaller the errors are in total than others of the same samples, in standard errors of the difference.
-/// Samples of one run count as independent. If each run counted once, small ensembles would always keep the first
-/// metric, whose estimates are no worse for whole frames, but worse where a part is hidden.
+/// How much smaller the errors are in total than others of the same samples or runs, in standard errors of the
+/// difference.
 double significance(std::span<const double> errors, std::span<const double> others) {
   double sum = 0, squares = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -58,17 +66,18 @@ LeftOutTests::LeftOutTests(const SampleSource& source, std::span<const DepthMetr
     : LeftOutTests(source, metrics, spread_samples(std::min(most, source.samples.size()), source.samples.size()),
                    hidden, threads) {}
 
-std::vector<FrameErrors> LeftOutTests::errors(std::size_t metric, const DepthMetric& costs,
+std::vector<FrameErrors> LeftOutTests::errors(std::size_t metric, const FitCosts& costs,
                                               const ShapeRegression& regression, const Eigen::MatrixXd& predicted,
-                                              bool corrects) const {
+                                              bool corrects, std::size_t every) const {
   const bool is_predicted = predicted.rows() > 0;
-  std::vector<FrameErrors> errors(frames_.size());
-  work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
+  std::vector<FrameErrors> errors((frames_.size() + every - 1) / every);
+  work_in_parallel(errors.size(), threads_, [&](const auto& next) {
     LeftOutFitter fitter(source_, costs, proposed() + (is_predicted ? most_neighbors : 0), regression);
-    for (std::size_t i = next(); i < frames_.size(); i = next()) {
+    for (std::size_t matched = next(); matched < errors.size(); matched = next()) {
+      const std::size_t i = matched * every;
       LeftOutFrame left_out(frames_, i, best_[metric * frames_.size() + i], is_hidden_);
       if (is_predicted) add_prediction(regression, predicted.row(static_cast<Eigen::Index>(i)), left_out);
-      errors[i] = fitter.errors(left_out, nullptr, corrects);
+      errors[matched] = fitter.errors(left_out, nullptr, corrects);
     }
   });
   return errors;
@@ -106,6 +115,8 @@ std::vector<DepthMetric> metrics_in(std::string_view length_unit) {
 }
 
 std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTests& whole, const LeftOutTests& hidden) {
+  // Samples of one run count as independent. If each run counted once, small ensembles would always keep the first
+  // metric, whose estimates are no worse for whole frames, but worse where a part is hidden.
   std::pair<std::size_t, std::vector<FrameErrors>> chosen{0, whole.errors(0)};
   const std::vector<double> first = sums_of(chosen.second, hidden.errors(0));
   double least = std::accumulate(first.begin(), first.end(), 0.0);
@@ -120,17 +131,38 @@ std::pair<std::size_t, std::vector<FrameErrors>> choose_metric(const LeftOutTest
   return chosen;
 }
 
-std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs) {
+std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, FitCosts& costs) {
   std::vector<FrameErrors> least;
-  DepthMetric tried = costs;
+  FitCosts tried = costs;
   for (const float share : {0.25f, 0.3125f, 0.375f, 0.4375f, 0.5f, 0.75f}) {
-    tried.hidden = share * costs.one_sided;
+    tried.metric.hidden = share * costs.metric.one_sided;
     std::vector<FrameErrors> errors = hidden.errors(0, tried);
     if (!least.empty() && total(errors) >= total(least)) continue;
     least = std::move(errors);
-    costs.hidden = tried.hidden;
+    costs.metric.hidden = tried.metric.hidden;
   }
   return least;
+}
+
+void learn_prices(const ErrorsByPrices& errors_by, EstimatePrices& prices) {
+  constexpr float factor = 4;
+  constexpr int most_steps = 2;
+  constexpr double clearly = 2;  // standard errors: of a handful of tries, none is better by chance
+  std::vector<double> least = sums_by_run(errors_by(prices));
+  for (const auto price : {&EstimatePrices::neighbor, &EstimatePrices::correction}) {
+    const float usual = prices.*price;
+    for (const float by : {1 / factor, factor}) {
+      if (prices.*price != usual) break;  // the other way has been found
+      EstimatePrices tried = prices;
+      for (int step = 0; step < most_steps; ++step) {
+        tried.*price *= by;
+        std::vector<double> sums = sums_by_run(errors_by(tried));
+        if (!(significance(sums, least) > clearly)) break;
+        prices = tried;
+        least = std::move(sums);
+      }
+    }
+  }
 }
 
 std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most) {

@@ -21,24 +21,26 @@ class LeftOutTests {
   [[nodiscard]] std::size_t metrics() const noexcept { return metrics_.size(); }
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
   /// By the candidates alone.
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, metrics_[metric]); }
-  /// The same; costs: those of the metric, with any price of hidden parts.
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs) const {
-    return errors(metric, costs, {}, {}, false);
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric) const { return errors(metric, {metrics_[metric]}); }
+  /// The same; costs: those of the metric, with any price of hidden parts and any prices of estimates.
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const FitCosts& costs) const {
+    return errors(metric, costs, {}, {}, false, 1);
   }
   /// As the runtime publishes estimates: they follow the regression if `blend`, its share, is not 0, and are moved to
-  /// the points. predicted: one row of shape scores per frame.
-  [[nodiscard]] std::vector<FrameErrors> published_errors(std::size_t metric, const DepthMetric& costs,
+  /// the points. predicted: one row of shape scores per frame. every: how many frames for one that is matched.
+  [[nodiscard]] std::vector<FrameErrors> published_errors(std::size_t metric, const FitCosts& costs,
                                                           const ShapeRegression& regression, float blend,
-                                                          const Eigen::MatrixXd& predicted) const {
-    return blend > 0 ? errors(metric, costs, regression, predicted, true) : errors(metric, costs, {}, {}, true);
+                                                          const Eigen::MatrixXd& predicted,
+                                                          std::size_t every = 1) const {
+    return blend > 0 ? errors(metric, costs, regression, predicted, true, every)
+                     : errors(metric, costs, {}, {}, true, every);
   }
 
  private:
   /// predicted: without rows, the candidates alone determine the estimates. corrects: see LeftOutFitter::errors().
-  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const DepthMetric& costs,
+  [[nodiscard]] std::vector<FrameErrors> errors(std::size_t metric, const FitCosts& costs,
                                                 const ShapeRegression& regression, const Eigen::MatrixXd& predicted,
-                                                bool corrects) const;
+                                                bool corrects, std::size_t every) const;
   [[nodiscard]] std::uint32_t proposed() const noexcept;
   void add_prediction(const ShapeRegression& regression, const Eigen::RowVectorXd& scores, LeftOutFrame& frame) const;
 
@@ -60,7 +62,15 @@ class LeftOutTests {
                                                                              const LeftOutTests& hidden);
 
 /// Takes the price of hidden parts with which the frames' errors are least. Returns these.
-[[nodiscard]] std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, DepthMetric& costs);
+[[nodiscard]] std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, FitCosts& costs);
+
+/// Of frames, by their estimates with some prices: the same frames in each call.
+using ErrorsByPrices = std::function<std::vector<FrameErrors>(const EstimatePrices& prices)>;
+
+/// Changes the prices of neighbors and of corrections, one after the other, by a factor of 4, down or up and up to
+/// twice, as long as the errors decrease by more than two standard errors of the difference, by runs. Other prices
+/// hardly change the errors (docs/evaluation.md).
+void learn_prices(const ErrorsByPrices& errors_by, EstimatePrices& prices);
 
 /// The samples at the times of the forecast, of `most` left-out runs spread over the ensemble.
 [[nodiscard]] std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most);

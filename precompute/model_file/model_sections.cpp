@@ -198,6 +198,7 @@ void plan_views(std::vector<PlannedSection>& plan, const format::Info& info, con
   plan.push_back({SectionId::pose_spreads_by_points, part, ElementType::f64, {PoseSpreads::times, 6, 6}});
   plan.push_back({SectionId::pose_numbers_by_points, part, ElementType::f64, {2}});
   plan.push_back({SectionId::error_growths, part, ElementType::f64, {2, 2}});
+  plan.push_back({SectionId::estimate_prices, part, ElementType::f64, {all_prices.size()}});
 }
 
 /// Sections written sample by sample, and those known at the end.
@@ -264,8 +265,8 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
                                  double{camera.depth_step},
                                  double{learned.limits.frame},
                                  double{learned.limits.test},
-                                 double{learned.metric.cap},
-                                 double{learned.metric.one_sided},
+                                 double{learned.costs.metric.cap},
+                                 double{learned.costs.metric.one_sided},
                                  learned.hidden_error_bound.per_spread};
   std::ranges::copy(camera.T_reference_sensor, words.T_reference_sensor.begin());
   writer.write_bytes(SectionId::view_camera, part, 0, std::as_bytes(std::span(&words, 1)));
@@ -288,9 +289,12 @@ void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const Lea
     writer.write<double>(SectionId::pose_spreads, part, 36 * i, learned.pose.by_image.spreads.at_times[i]);
     writer.write<double>(SectionId::pose_spreads_by_points, part, 36 * i, by_points.spreads.at_times[i]);
   }
-  writer.write<double>(
-      SectionId::hidden_numbers, part, 0,
-      std::array{double{learned.metric.hidden}, double{shapes.hidden_blend}, double{shapes.hidden_most_difference}});
+  writer.write<double>(SectionId::hidden_numbers, part, 0,
+                       std::array{double{learned.costs.metric.hidden}, double{shapes.hidden_blend},
+                                  double{shapes.hidden_most_difference}});
+  std::array<double, all_prices.size()> prices{};
+  std::ranges::transform(all_prices, prices.begin(), [&](auto price) { return double{learned.costs.prices.*price}; });
+  writer.write<double>(SectionId::estimate_prices, part, 0, prices);
   writer.write<double>(SectionId::error_growths, part, 0,
                        std::array{learned.error_bound.growth, learned.error_bound.typical,
                                   learned.hidden_error_bound.growth, learned.hidden_error_bound.typical});

@@ -4,6 +4,7 @@
 #include "runtime/src/kernels/kernels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -50,6 +51,31 @@ class RidgeProblem {
   std::vector<double> factor_, change_, ones_;  // factor_: rows of U, from the diagonal on
 };
 
+/// What the shares of samples in an estimate cost, which keeps them small. The bake learns them from left-out runs;
+/// these are the defaults.
+struct EstimatePrices {
+  // Of a share, added to the squared residual of the convex combination:
+  float residual = 0.2f;   // times the sample's squared residual
+  float distance = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
+                           // branches is not a possible shape
+  // Of leaving the convex combination, so that the estimate can lie beside the candidates, per squared change of a
+  // share. Where something hides a part the combination stays convex.
+  float change = 0.3f;           // times the candidates' mean squared residual
+  float change_distance = 0.5f;  // times the candidate's squared mean distance from the best one
+  // Of the squared weights of the samples nearest to the shape between the candidates' combination and the regression's
+  // prediction:
+  float neighbor = 0.01f;  // times their mean squared distance from that shape
+  // Of the squared changes of the weights when the estimate is moved to the frame's points:
+  float correction = 0.01f;  // times its samples' mean squared distance from it
+
+  friend bool operator==(const EstimatePrices&, const EstimatePrices&) = default;
+};
+
+/// In the order of files.
+inline constexpr std::array all_prices{&EstimatePrices::residual, &EstimatePrices::distance,
+                                       &EstimatePrices::change,   &EstimatePrices::change_distance,
+                                       &EstimatePrices::neighbor, &EstimatePrices::correction};
+
 struct FitSettings {
   std::uint32_t proposals = 256;        // samples whose depth images are compared
   std::uint32_t candidates = 24;        // the best of them, which the estimate combines
@@ -57,22 +83,13 @@ struct FitSettings {
   // Something hides a part of the component if no sample explains the whole frame: if the least squared residual is
   // more than this times the least one without the cells far from what the frame shows
   float hidden = 1.6f;
-  // Cost of a sample's share in the estimate, added to the squared residual of the combination:
-  float residual_price = 0.2f;   // times the sample's squared residual
-  float distance_price = 0.05f;  // times its squared mean distance from the best candidate: a blend of two deformation
-                                 // branches is not a possible shape
-  // Cost of leaving the convex combination, so that the estimate can lie beside the candidates, per squared change of a
-  // share. Where something hides a part the combination stays convex.
-  float change_price = 0.3f;           // times the candidates' mean squared residual
-  float change_distance_price = 0.5f;  // times the candidate's squared mean distance from the best one
-  // The estimate is a combination of the samples nearest to the shape between the candidates' combination and the
-  // regression's prediction. Price of the squared weights, which keeps them small:
+  EstimatePrices prices{};  // of the depth images
+  // The estimate is a combination of this many samples nearest to the shape between the candidates' combination and the
+  // regression's prediction
   std::uint32_t neighbors = 48;
-  float neighbor_price = 0.01f;  // times the neighbors' mean squared distance from that shape
-  // The estimate is moved to the frame's points. Price of the squared changes of its weights:
-  float correction_price = 0.01f;  // times its samples' mean squared distance from it
-  float correction_shift = 3;      // in mesh noises: shift of the component that costs as much as a change by 1
-  float correction_strip = 30;     // the same for a strip that is missing along open edges: nearly free
+  // The estimate is moved to the frame's points:
+  float correction_shift = 3;   // in mesh noises: shift of the component that costs as much as a change by 1
+  float correction_strip = 30;  // the same for a strip that is missing along open edges: nearly free
   // Rank of a candidate: squared mean distance from the estimate, plus this times its squared residual unless the
   // estimate has been moved to the points
   float residual_rank = 0.2f;

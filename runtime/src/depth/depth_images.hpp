@@ -2,6 +2,7 @@
 // in the frame.
 #pragma once
 
+#include "runtime/src/depth/combination.hpp"
 #include "runtime/src/depth/pose.hpp"
 #include "runtime/src/match/cloud_index.hpp"
 #include "runtime/src/model/model_format.hpp"
@@ -135,7 +136,8 @@ struct DepthImages {
   std::span<const std::uint16_t> depths;  // s x padded_cells
   // s: median residual of a run that is not in the ensemble, at this time step, as tolerant_residuals(); empty: unknown
   std::span<const float> expected{};
-  DepthMetric metric;           // length unit
+  DepthMetric metric;  // length unit
+  EstimatePrices prices{};
   float misfit_limit = 0;       // of one frame
   float test_misfit_limit = 0;  // of the geometric mean over a test
   // 90 % of the estimates' errors are below this times the spread; 0: not known
@@ -157,6 +159,11 @@ struct DepthImages {
   [[nodiscard]] std::span<const std::uint16_t> of_sample(std::size_t sample) const noexcept {
     const std::size_t stride = padded_cells(camera);
     return depths.subspan(sample * stride, stride);
+  }
+  /// The settings with these prices.
+  [[nodiscard]] FitSettings priced(FitSettings settings) const noexcept {
+    settings.prices = prices;
+    return settings;
   }
 };
 

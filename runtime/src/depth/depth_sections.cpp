@@ -122,6 +122,12 @@ void read_hidden_numbers(const ViewSections& sections, DepthImages& images) {
   images.regression.hidden_most_difference = static_cast<float>(numbers[2]);
 }
 
+void read_prices(const ViewSections& sections, DepthImages& images) {
+  const auto numbers = optional_numbers(sections, format::SectionId::estimate_prices, {all_prices.size(), 1, 1},
+                                        std::array{positive_range});
+  for (std::size_t i = 0; i < numbers.size(); ++i) images.prices.*all_prices[i] = static_cast<float>(numbers[i]);
+}
+
 void read_error_growths(const ViewSections& sections, DepthImages& images) {
   const auto numbers =
       optional_numbers(sections, format::SectionId::error_growths, {2, 2, 1}, std::array{Range{-1, 1}, positive_range});
@@ -212,6 +218,7 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& reader
   read_expected_residuals(sections, info.samples, *images);
   read_regression(sections, info.samples, *images);
   read_hidden_numbers(sections, *images);
+  read_prices(sections, *images);
   read_error_growths(sections, *images);
   read_bounds(sections, info.fields, *images);
   read_pose_and_time(sections, *images);

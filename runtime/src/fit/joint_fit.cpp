@@ -27,12 +27,12 @@ const DepthMetric& common_metric(std::span<const RigEvidence> rigs) noexcept {
 }  // namespace
 
 [[gnu::cold]]  // compiled for size
-JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regression, float noise, std::size_t rigs,
-                         std::uint32_t max_matches, const FitSettings& settings)
+JointFitter::JointFitter(const ModelView& model, const DepthImages& images, std::size_t rigs, std::uint32_t max_matches,
+                         const FitSettings& settings)
     : model_(model),
-      regression_(regression),
-      settings_(settings),
-      noise_(square(noise)),
+      regression_(images.regression),
+      settings_(images.priced(settings)),
+      noise_(square(images.metric.mesh_noise)),
       simulations_(model),
       proposed_(std::min<std::size_t>(rigs * settings.proposals, model.info.samples)),
       proposed_in_(model.info.samples),
@@ -50,8 +50,8 @@ JointFitter::JointFitter(const ModelView& model, const ShapeRegression& regressi
       gram_(best_.capacity() * best_.capacity()),
       rig_gram_(rigs * gram_.size()),
       pose_gram_(gram_.size()),
-      estimate_(model, regression, best_.capacity(), settings),
-      weights_(model, best_.capacity(), max_matches, noise, settings) {}
+      estimate_(model, regression_, best_.capacity(), settings_),
+      weights_(model, best_.capacity(), max_matches, images.metric.mesh_noise, settings_) {}
 
 SurfaceFit JointFitter::fit(std::span<const RigEvidence> rigs, const FrameExpectation* expected) noexcept {
   SurfaceFit result;

@@ -17,9 +17,9 @@ struct RigEvidence {
 
 class JointFitter {
  public:
-  /// regression: of any rig's images; the shapes in it do not depend on the rig. Allocates all memory.
-  JointFitter(const ModelView& model, const ShapeRegression& regression, float noise, std::size_t rigs,
-              std::uint32_t max_matches, const FitSettings& settings = {});
+  /// images: of any rig, for what does not depend on the rig. Allocates all memory.
+  JointFitter(const ModelView& model, const DepthImages& images, std::size_t rigs, std::uint32_t max_matches,
+              const FitSettings& settings = {});
 
   /// rigs: at least one, each with a fitted frame; must remain. expected: by the earlier captures. The spans of the
   /// result and of matches() are valid until the next call or the next frame of a rig. Does not allocate.

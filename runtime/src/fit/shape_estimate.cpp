@@ -86,7 +86,7 @@ void ShapeEstimate::combine_candidates() noexcept {
   const std::size_t k = count();
   for (std::size_t i = 0; i < k; ++i) {
     const float residual = problem_.candidates[i].distance, distance = from_best_[i];
-    linear_[i] = settings_.residual_price * residual * residual + settings_.distance_price * distance * distance;
+    linear_[i] = settings_.prices.residual * residual * residual + settings_.prices.distance * distance * distance;
   }
   const auto w = simplex_.solve(problem_.gram, k, std::span<const float>(linear_).first(k));
   std::ranges::copy(w, shares_.begin());
@@ -97,7 +97,7 @@ void ShapeEstimate::extrapolate() noexcept {
   float mean = 0;
   for (std::size_t i = 0; i < k; ++i) mean += problem_.gram[i * k + i] / static_cast<float>(k);
   for (std::size_t i = 0; i < k; ++i)
-    linear_[i] = settings_.change_price * mean + settings_.change_distance_price * square(from_best_[i]);
+    linear_[i] = settings_.prices.change * mean + settings_.prices.change_distance * square(from_best_[i]);
   if (mean > 0) ridge_.solve(problem_.gram, k, std::span(linear_).first(k), std::span(shares_).first(k));
 }
 
@@ -148,7 +148,7 @@ void ShapeEstimate::use_neighbors() noexcept {
   for (const RankedSample& proposal : problem_.proposed)
     neighbors_.offer(proposal.sample, squared_distance(regression_.shape(proposal.sample), target_));
   const std::size_t k = neighbors_.ranked().size();
-  const float price = settings_.neighbor_price * compare_neighbors();
+  const float price = settings_.prices.neighbor * compare_neighbors();
   if (!(price >= std::numeric_limits<float>::min())) return;  // all neighbors have the same shape
   std::ranges::fill(prices_, price);
   std::ranges::fill(weights_, 1 / static_cast<float>(k));

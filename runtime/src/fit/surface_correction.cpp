@@ -145,7 +145,7 @@ float depth_in(std::size_t cell, const SurfaceCorrection::Observation& seen) noe
 [[gnu::cold]]  // compiled for size
 SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, const FitSettings& settings)
     : code_(kernels()),
-      price_(settings.correction_price),
+      price_(settings.prices.correction),
       shift_(settings.correction_shift * mesh_noise),
       strip_(settings.correction_strip * mesh_noise),
       shapes_(model, LandmarkPlaces::surface),

@@ -13,7 +13,7 @@ SurfacePose::SurfacePose(const PoseCenter& center, float mesh_noise, std::size_t
     : code_(kernels()),
       center_(center),
       noise_(mesh_noise / 3),
-      price_(settings.correction_price),
+      price_(settings.prices.correction),
       strip_(settings.correction_strip * mesh_noise),
       stride_(stride),
       roots_(stride),

@@ -15,10 +15,10 @@ void require(bool holds, std::size_t rig, const std::string& sentence) {
 }
 
 /// The regression of all rigs' images. Throws if they are not those of the same samples.
-const ShapeRegression& common_regression(const std::vector<SensorViews>& views) {
-  const ShapeRegression& first = views.front().data()->regression;
+const DepthImages& common_images(const std::vector<SensorViews>& views) {
+  const DepthImages& first = *views.front().data();
   for (std::size_t rig = 1; rig < views.size(); ++rig)
-    require(std::ranges::equal(views[rig].data()->regression.shapes, first.shapes), rig,
+    require(std::ranges::equal(views[rig].data()->regression.shapes, first.regression.shapes), rig,
             "its depth images are not those of the same model as the first rig's; render them for the model");
   return first;
 }
@@ -50,8 +50,7 @@ RigMatcher::State::State(const Model& model, const MatcherConfig& config, const 
       evidence(rigs.size()),
       times(EnsembleTimes::of(model.view())),
       joint_history(model.view(), units_per_mm(model.length_unit()), views.front().data()),
-      fitter(model.view(), common_regression(views), views.front().data()->metric.mesh_noise, rigs.size(),
-             config.max_matches) {
+      fitter(model.view(), common_images(views), rigs.size(), config.max_matches) {
   for (std::size_t rig = 0; rig < rigs.size(); ++rig) {
     offsets_ns.push_back(rigs[rig].clock_offset_ns);
     matchers.push_back(std::make_unique<Matcher::State>(model, config_of(rigs[rig], config), views[rig],

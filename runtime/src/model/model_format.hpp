@@ -92,7 +92,8 @@ enum class SectionId : std::uint32_t {
   pose_spreads = 0x800B,            // the same
   pose_spreads_by_points = 0x8011,  // 0x8011 and 0x8012: the same, both or none
   pose_numbers_by_points = 0x8012,
-  error_growths = 0x8013,  // optional, only with 64 to 66
+  error_growths = 0x8013,    // optional, only with 64 to 66
+  estimate_prices = 0x8014,  // the same
   // 0x800C to 0x8010: forecasts from the beginning of a test alone; not read
   window_numbers = 0x8018,  // 0x8018 to 0x801D: optional, all or none, only with 0x8005
   window_means = 0x8019,

@@ -26,7 +26,8 @@ constexpr std::string_view optional_titles[] = {
     "regression_weights",  "regression_shapes",      "pose_numbers",           "hidden_numbers",
     "time_numbers",        "spread_bounds",          "expected_residuals",     "pose_spreads",
     "forecast_numbers",    "forecast_means",         "forecast_components",    "forecast_runs",
-    "forecast_parameters", "pose_spreads_by_points", "pose_numbers_by_points", "error_growths"};
+    "forecast_parameters", "pose_spreads_by_points", "pose_numbers_by_points", "error_growths",
+    "estimate_prices"};
 constexpr std::string_view titles_from_0x8018[] = {"window_numbers",   "window_means", "window_components",
                                                    "window_variances", "window_runs",  "window_parameters"};
 constexpr std::string_view titles_from_0x8020[] = {"channel_names",     "channel_kinds",   "channel_values",

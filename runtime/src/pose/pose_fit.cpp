@@ -141,13 +141,15 @@ void PoseFit::combine(const PoseProblem& problem, const FitSettings& settings) n
   const auto prices = std::span(prices_).first(k_);
   float mean = 0;
   for (std::size_t i = 0; i < k_; ++i) {
-    prices[i] = settings.residual_price * gram_[i * (k_ + 1)] + settings.distance_price * square(problem.from_best[i]);
+    prices[i] =
+        settings.prices.residual * gram_[i * (k_ + 1)] + settings.prices.distance * square(problem.from_best[i]);
     mean += std::max(gram_[i * (k_ + 1)], 0.0f) / static_cast<float>(k_);
   }
   std::ranges::copy(simplex_.solve(gram_, k_, prices), weights_.begin());
   const float least = square(static_cast<float>(noise_));
   for (std::size_t i = 0; i < k_; ++i)
-    prices[i] = settings.change_price * (mean + least) + settings.change_distance_price * square(problem.from_best[i]);
+    prices[i] =
+        settings.prices.change * (mean + least) + settings.prices.change_distance * square(problem.from_best[i]);
   ridge_.solve(gram_, k_, prices, std::span(weights_).first(k_));
 }
 

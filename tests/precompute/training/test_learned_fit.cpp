@@ -1,6 +1,8 @@
 // What the bake learns for method fit, on images made by hand: a ramp across the image whose slope is the state.
 #include "precompute/depth_images/learned_bounds.hpp"
 #include "precompute/depth_images/learned_fit.hpp"
+#include "precompute/left_out/left_out_tests.hpp"
+#include "precompute/rig/counter_random.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 #include "tests/precompute/training/depth_samples.hpp"
 
@@ -189,22 +191,43 @@ TEST_CASE("a hidden part is connected and has the share that was asked for") {
 TEST_CASE("what is learned does not depend on the number of threads; with one simulation the defaults stay") {
   const SampleSource source = ramps();
   const LearnedFit one = learn_fit(source, 1), many = learn_fit(source, 3);
-  CHECK(one.metric.cap == many.metric.cap);
+  CHECK(one.costs.metric.cap == many.costs.metric.cap);
   CHECK(one.error_bound.per_spread == many.error_bound.per_spread);
   CHECK(one.expected == many.expected);
   CHECK(one.limits.test == many.limits.test);
   CHECK(std::isfinite(one.error_bound.per_spread));
   CHECK(one.error_bound.growth == many.error_bound.growth);
   CHECK(one.hidden_error_bound.per_spread == many.hidden_error_bound.per_spread);
-  CHECK(one.metric.hidden == many.metric.hidden);
+  CHECK(one.costs.metric.hidden == many.costs.metric.hidden);
+  CHECK(one.costs.prices == many.costs.prices);
   CHECK(one.shapes.weights == many.shapes.weights);
   CHECK(one.shapes.hidden_blend == many.shapes.hidden_blend);
   CHECK(one.shapes.hidden_most_difference == many.shapes.hidden_most_difference);
   SampleSource alone = source;
   std::erase_if(alone.samples, [](const Sample& sample) { return sample.simulation > 0; });
   const LearnedFit usual = learn_fit(alone, 1);
-  CHECK(usual.metric.cap == DepthMetric{}.cap);
+  CHECK(usual.costs.metric.cap == DepthMetric{}.cap);
+  CHECK(usual.costs.prices == EstimatePrices());
   CHECK(usual.error_bound.per_spread == 0);
+}
+
+TEST_CASE("a price is learned where it changes the errors of most runs; else the usual one stays") {
+  constexpr std::uint32_t runs = 100;
+  const EstimatePrices usual;
+  const auto errors_by = [&](const EstimatePrices& prices) {
+    std::vector<FrameErrors> errors(std::size_t{10} * runs);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      errors[i].simulation = static_cast<std::uint32_t>(i % runs);
+      const double random = static_cast<double>(splitmix(errors[i].simulation) % 1000) / 1000;
+      errors[i].estimate = 1 + std::abs(std::log(16 * double{prices.neighbor / usual.neighbor})) * (1 + random);
+      errors[i].match = 1 + (random - 0.5) * std::log(double{prices.correction});  // better for half of the runs
+    }
+    return errors;
+  };
+  EstimatePrices learned, expected;
+  expected.neighbor = usual.neighbor / 16;
+  learn_prices(errors_by, learned);
+  CHECK(learned == expected);
 }
 
 // One factor for all spreads held 97 to 100 % of the errors of a test's first frames, and 81 % of the last ones'.

@@ -22,7 +22,7 @@ class PlateFit {
 
   PlateFit(const Model& model, float price, float shift = FitSettings{}.correction_shift,
            float strip = FitSettings{}.correction_strip)
-      : model_(model), fitter_(model.view(), views_of(model), 1, priced(price, shift, strip)) {
+      : model_(model), fitter_(model.view(), views_of(model, price), 1, settings_of(shift, strip)) {
     for (std::uint32_t s = 0; s < model.samples(); ++s) all_.push_back({s, 0});
   }
   SurfaceFit fit(std::span<const Point> points) {
@@ -46,10 +46,11 @@ class PlateFit {
   }
 
  private:
-  static SensorViews views_of(const Model& model) { return SensorViews::baked_into(model); }
-  static FitSettings priced(float price, float shift, float strip) {
+  static SensorViews views_of(const Model& model, float price) {
+    return changed(SensorViews::baked_into(model), [price](DepthImages& images) { images.prices.correction = price; });
+  }
+  static FitSettings settings_of(float shift, float strip) {
     FitSettings settings;
-    settings.correction_price = price;
     settings.correction_shift = shift;
     settings.correction_strip = strip;
     return settings;
@@ -74,7 +75,7 @@ class PlateFitOfTwo {
         views_{SensorViews::baked_into(rigs.model), rigs.rigs[1].views},
         fitters_{fitter(views_[0], shift), fitter(views_[1], shift)},
         indexes_{index(), index()},
-        joint_(rigs.model.view(), views_[0].data()->regression, views_[0].data()->metric.mesh_noise, 2, 1) {
+        joint_(rigs.model.view(), *views_[0].data(), 2, 1) {
     for (std::uint32_t s = 0; s < rigs.model.samples(); ++s) all_.push_back({s, 0});
   }
   struct Errors {
@@ -165,7 +166,7 @@ float sum_of_weights(std::span<const WeightedSample> estimate) {
 TEST_CASE("estimates that are moved to the frame's points are nearer to shapes between the samples") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
+  PlateFit corrected(model, EstimatePrices{}.correction), uncorrected(model, PlateFit::unaffordable);
   for (const double hidden_from : {1e9, 30.0}) {  // also with a third hidden
     double after = 0, before = 0;
     for (double angle = 0.3; angle < 0.97; angle += 0.02) {
@@ -183,7 +184,7 @@ TEST_CASE("estimates that are moved to the frame's points are nearer to shapes b
 TEST_CASE("points of a sample make it the estimate, points of a shape between the samples do not") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  PlateFit corrected(model, FitSettings{}.correction_price);
+  PlateFit corrected(model, EstimatePrices{}.correction);
   const auto largest_weight = [](const SurfaceFit& fit) {
     return std::ranges::max(fit.estimate, {}, &WeightedSample::weight).weight;
   };
@@ -206,7 +207,7 @@ TEST_CASE("points of a sample make it the estimate, points of a shape between th
 TEST_CASE("fewer measured distances than samples make no estimate a sample") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  PlateFit corrected(model, FitSettings{}.correction_price);
+  PlateFit corrected(model, EstimatePrices{}.correction);
   const std::vector<float> truth = bent(0.77);
   const std::vector<Point> points = seen(truth);
   for (const float width : {4.0f, 8.0f, 12.0f, 16.0f}) {
@@ -222,7 +223,7 @@ TEST_CASE("fewer measured distances than samples make no estimate a sample") {
 TEST_CASE("what the pose lacks does not become a deformation") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  const float price = FitSettings{}.correction_price, no_shift = 1e-3f;
+  const float price = EstimatePrices{}.correction, no_shift = 1e-3f;
   PlateFit tolerant(model, price), strict(model, price, no_shift);
   double with_shift = 0, without = 0;
   for (double angle = 0.3; angle < 0.97; angle += 0.02) {
@@ -240,8 +241,8 @@ TEST_CASE("a strip that the points lack along all edges does not become a deform
   const AlignedBytes bytes = stretched_plates_model();
   const Model model = Model::view(bytes.span());
   const FitSettings settings;
-  PlateFit tolerant(model, settings.correction_price),
-      strict(model, settings.correction_price, settings.correction_shift, settings.correction_shift);
+  PlateFit tolerant(model, EstimatePrices{}.correction),
+      strict(model, EstimatePrices{}.correction, settings.correction_shift, settings.correction_shift);
   double with_strip = 0, without = 0;
   for (int i = 2; i < 12; ++i) {
     const double strain = 0.005 * i;
@@ -322,7 +323,7 @@ TEST_CASE(
 TEST_CASE("the correction keeps the sum of the weights, and the spread and time that the bake knows") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
+  PlateFit corrected(model, EstimatePrices{}.correction), uncorrected(model, PlateFit::unaffordable);
   const std::vector<Point> points = seen(bent(0.77));
   const SurfaceFit after = corrected.fit(points), before = uncorrected.fit(points);
   REQUIRE(after.estimate.size() == before.estimate.size());
@@ -339,7 +340,7 @@ TEST_CASE("the correction keeps the sum of the weights, and the spread and time 
 TEST_CASE("a corrected frame's candidates are ranked by their distance from the estimate alone") {
   const AlignedBytes bytes = seen_plates_model(3, 4);
   const Model model = Model::view(bytes.span());
-  PlateFit corrected(model, FitSettings{}.correction_price);
+  PlateFit corrected(model, EstimatePrices{}.correction);
   const SurfaceFit result = corrected.fit(seen(bent(0.77)));
   CHECK(*std::ranges::min_element(result.ranks) == doctest::Approx(corrected.nearest().distance));
 }
@@ -350,7 +351,7 @@ TEST_CASE("too few points for a plane change no weight") {
   const std::vector<Point> points = seen(bent(0.77));
   std::vector<Point> few;
   for (std::size_t i = 0; i < points.size(); i += 400) few.push_back(points[i]);
-  PlateFit corrected(model, FitSettings{}.correction_price), uncorrected(model, PlateFit::unaffordable);
+  PlateFit corrected(model, EstimatePrices{}.correction), uncorrected(model, PlateFit::unaffordable);
   const SurfaceFit after = corrected.fit(few), before = uncorrected.fit(few);
   REQUIRE(after.estimate.size() == before.estimate.size());
   for (std::size_t i = 0; i < after.estimate.size(); ++i) CHECK(after.estimate[i].weight == before.estimate[i].weight);
