@@ -197,6 +197,15 @@ TEST_CASE("folds and worst tests agree with the frames") {
   }
 }
 
+// The library that reads options wrote --fixed-pose{false}.
+TEST_CASE("the help shows flags as they are typed") {
+  const TemporaryFolder folder;
+  const std::string help = run_program(std::string(LBEA_EVAL) + " ensemble --help", folder.path()).out;
+  CHECK(help.find("--fixed-pose ") != std::string::npos);
+  CHECK(help.find("--no-icp ") != std::string::npos);
+  CHECK(help.find("{false}") == std::string::npos);
+}
+
 TEST_CASE("wrong options and unknown runs have their exit codes") {
   const TemporaryFolder folder;
   const auto run = [&](const std::string& options) { return run_program(evaluation(options), folder.path()); };

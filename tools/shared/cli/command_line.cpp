@@ -47,6 +47,18 @@ void check_numbers(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands()) check_numbers(*command);
 }
 
+/// CLI11 writes {false} behind flags that set false.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    constexpr std::string_view value = "{false}";
+    std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    for (std::size_t at = name.find(value); at != std::string::npos; at = name.find(value))
+      name.erase(at, value.size());
+    return name;
+  }
+};
+
 /// which: in the refusal; name: in the help.
 Check number(bool (*is_allowed)(double), const std::string& which, const std::string& name) {
   return Check(
@@ -103,7 +115,8 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
     : program_(program), owned_(std::make_unique<CLI::App>(description, program)), app_(owned_.get()) {
   app_->set_version_flag("--version", program + " " LBEA_VERSION_STRING);
   app_->footer(footer);
-  app_->allow_windows_style_options(false);  // "/data" is a path
+  app_->formatter(std::make_shared<HelpFormatter>());  // subcommands inherit it
+  app_->allow_windows_style_options(false);            // "/data" is a path
   app_->option_defaults()->always_capture_default();
 }
 
