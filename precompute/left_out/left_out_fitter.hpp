@@ -36,7 +36,7 @@ struct LeftOutFrame {
   LeftOutFrame(const LeftOutFrames& frames, std::size_t i, const BestSamples& best, bool is_hidden);
 };
 
-/// What comparing and combining samples costs.
+/// Costs of cells, and prices of weights.
 struct FitCosts {
   DepthMetric metric;
   EstimatePrices prices{};

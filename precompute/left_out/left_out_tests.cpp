@@ -144,15 +144,16 @@ std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, FitCosts
   return least;
 }
 
-void learn_prices(const ErrorsByPrices& errors_by, EstimatePrices& prices) {
+void learn_prices(std::span<float EstimatePrices::*const> which, const ErrorsByPrices& errors_by,
+                  EstimatePrices& prices) {
   constexpr float factor = 4;
   constexpr int most_steps = 2;
-  constexpr double clearly = 2;  // standard errors: of a handful of tries, none is better by chance
+  constexpr double clearly = 3;  // standard errors: several tries of few runs exceed 2 by chance
   std::vector<double> least = sums_by_run(errors_by(prices));
-  for (const auto price : {&EstimatePrices::neighbor, &EstimatePrices::correction}) {
+  for (const auto price : which) {
     const float usual = prices.*price;
     for (const float by : {1 / factor, factor}) {
-      if (prices.*price != usual) break;  // the other way has been found
+      if (prices.*price != usual) break;  // a lower price is better: higher ones are not tried
       EstimatePrices tried = prices;
       for (int step = 0; step < most_steps; ++step) {
         tried.*price *= by;

@@ -27,7 +27,7 @@ class LeftOutTests {
     return errors(metric, costs, {}, {}, false, 1);
   }
   /// As the runtime publishes estimates: they follow the regression if `blend`, its share, is not 0, and are moved to
-  /// the points. predicted: one row of shape scores per frame. every: how many frames for one that is matched.
+  /// the points. predicted: one row of shape scores per frame. every: only each such frame is matched; 1: all.
   [[nodiscard]] std::vector<FrameErrors> published_errors(std::size_t metric, const FitCosts& costs,
                                                           const ShapeRegression& regression, float blend,
                                                           const Eigen::MatrixXd& predicted,
@@ -64,13 +64,13 @@ class LeftOutTests {
 /// Takes the price of hidden parts with which the frames' errors are least. Returns these.
 [[nodiscard]] std::vector<FrameErrors> learn_hidden_price(const LeftOutTests& hidden, FitCosts& costs);
 
-/// Of frames, by their estimates with some prices: the same frames in each call.
+/// The errors of the same frames in each call, with the given prices.
 using ErrorsByPrices = std::function<std::vector<FrameErrors>(const EstimatePrices& prices)>;
 
-/// Changes the prices of neighbors and of corrections, one after the other, by a factor of 4, down or up and up to
-/// twice, as long as the errors decrease by more than two standard errors of the difference, by runs. Other prices
-/// hardly change the errors (docs/evaluation.md).
-void learn_prices(const ErrorsByPrices& errors_by, EstimatePrices& prices);
+/// Tries a quarter and a sixteenth of each of these prices; if a quarter is no better, four and sixteen times. Takes a
+/// step if it reduces the errors by more than three standard errors of the difference, with one sum per run.
+void learn_prices(std::span<float EstimatePrices::*const> which, const ErrorsByPrices& errors_by,
+                  EstimatePrices& prices);
 
 /// The samples at the times of the forecast, of `most` left-out runs spread over the ensemble.
 [[nodiscard]] std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most);

@@ -110,9 +110,8 @@ struct ModelPlan {
 [[nodiscard]] std::string provenance_json(const BakePlan& plan, const std::vector<ReferenceBasis>& references,
                                           double kept_variance, const std::vector<std::string>& left_out);
 
-/// Sections 64, 65 and 0x8001 to 0x800B: camera and metric, size, and what was learned; the images are written sample
-/// by sample.
-/// part: of the rig.
+/// Sections 64, 65, 0x8001 to 0x800B and 0x8011 to 0x8014: camera and metric, size, and what was learned; the images
+/// are written sample by sample. part: of the rig.
 void write_learned_fit(ModelWriter& writer, const DepthCamera& camera, const LearnedFit& learned, std::uint32_t part);
 /// Section 0x8023.
 void write_channel_bounds(ModelWriter& writer, const LearnedFit& learned);

@@ -230,6 +230,7 @@ void write_what_fit_learns(const BakePlan& plan, SampleSource& source, const Bak
   add_points(plan, writer, planned_renderer(options.depth_renderer, plan.survey, *plan.camera), source);
   const LearnedFit learned = learn_fit(source, options.threads);
   write_learned_fit(writer, *plan.camera, learned, 0);
+  source.prices = learned.costs.prices;
   write_more_views(plan, source, options, writer);
   write_channel_bounds(writer, learned);
   write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));

@@ -51,8 +51,8 @@ class RidgeProblem {
   std::vector<double> factor_, change_, ones_;  // factor_: rows of U, from the diagonal on
 };
 
-/// What the shares of samples in an estimate cost, which keeps them small. The bake learns them from left-out runs;
-/// these are the defaults.
+/// Penalties that keep the weights of samples in an estimate small. The bake learns `neighbor` and `correction` from
+/// left-out runs; these values are the defaults.
 struct EstimatePrices {
   // Of a share, added to the squared residual of the convex combination:
   float residual = 0.2f;   // times the sample's squared residual
@@ -65,7 +65,8 @@ struct EstimatePrices {
   // Of the squared weights of the samples nearest to the shape between the candidates' combination and the regression's
   // prediction:
   float neighbor = 0.01f;  // times their mean squared distance from that shape
-  // Of the squared changes of the weights when the estimate is moved to the frame's points:
+  // Of the squared changes of the weights when the estimate is moved to the frame's points, also where they tell the
+  // pose; the smaller it is, the more readily one sample becomes the estimate:
   float correction = 0.01f;  // times its samples' mean squared distance from it
 
   friend bool operator==(const EstimatePrices&, const EstimatePrices&) = default;

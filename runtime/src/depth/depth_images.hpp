@@ -167,7 +167,8 @@ struct DepthImages {
   }
 };
 
-/// Reads sections 64 to 66 and 0x8001 to 0x800B of a rig. Null when the file has none. Throws Error{corrupt_model}.
+/// Reads sections 64 to 66 and 0x8001 to 0x800B and 0x8011 to 0x8014 of a rig. Null when the file has none. Throws
+/// Error{corrupt_model}.
 [[nodiscard]] std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& reader,
                                                                    const format::Info& info,
                                                                    std::string_view length_unit, std::uint32_t rig);

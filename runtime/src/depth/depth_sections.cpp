@@ -123,8 +123,9 @@ void read_hidden_numbers(const ViewSections& sections, DepthImages& images) {
 }
 
 void read_prices(const ViewSections& sections, DepthImages& images) {
+  // Far smaller ones leave the least squares singular in single precision
   const auto numbers = optional_numbers(sections, format::SectionId::estimate_prices, {all_prices.size(), 1, 1},
-                                        std::array{positive_range});
+                                        std::array{Range{1e-5, 1e4}});
   for (std::size_t i = 0; i < numbers.size(); ++i) images.prices.*all_prices[i] = static_cast<float>(numbers[i]);
 }
 

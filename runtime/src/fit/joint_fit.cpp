@@ -86,12 +86,13 @@ void JointFitter::correct(SurfaceFit& result) noexcept {
   begin_correction();
   SurfaceCorrection& correction = rigs_.front().fitter->correction();
   for (const RigEvidence& rig : rigs_.subspan(1)) correction.join(rig.fitter->correction());
-  const auto weights = correction.solve(false);
+  const auto weights = correction.solve(false);  // no sample alone
   if (weights.empty()) {
     for (const RigEvidence& rig : rigs_) rig.fitter->correction().clear();
     return;
   }
   estimate_.reweigh(weights);
+  result.estimate = estimate_.samples();
   weights_.rank(estimate_.from_estimate(), 0, result);
 }
 

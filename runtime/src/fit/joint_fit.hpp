@@ -17,7 +17,7 @@ struct RigEvidence {
 
 class JointFitter {
  public:
-  /// images: of any rig, for what does not depend on the rig. Allocates all memory.
+  /// images: the first rig's, for the regression, the prices and the mesh noise. Allocates all memory.
   JointFitter(const ModelView& model, const DepthImages& images, std::size_t rigs, std::uint32_t max_matches,
               const FitSettings& settings = {});
 

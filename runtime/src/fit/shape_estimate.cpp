@@ -69,7 +69,7 @@ void ShapeEstimate::reweigh(std::span<const float> weights) noexcept {
   const double time = time_s_;
   clear();
   for (std::size_t i = 0; i < count_used; ++i)
-    use(numbers_[i], weights[i], shapes_.of(numbers_[i], problem_.reads_copies, buffer(count())));
+    if (weights[i] != 0) use(numbers_[i], weights[i], shapes_.of(numbers_[i], problem_.reads_copies, buffer(count())));
   time_s_ = time;
   measure_candidates();
 }

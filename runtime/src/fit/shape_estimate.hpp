@@ -48,7 +48,8 @@ class ShapeEstimate {
   /// Takes the combination of candidates, moved toward the prediction. Does not allocate.
   void follow(const ShapePrediction& prediction) noexcept;
 
-  /// Replaces the weights of samples(). Their sum must be 1. The time remains. Does not allocate.
+  /// Replaces the weights of samples(), and drops those with weight 0. Their sum must be 1. The time remains. Does not
+  /// allocate.
   void reweigh(std::span<const float> weights) noexcept;
 
   /// See CandidateSearch.

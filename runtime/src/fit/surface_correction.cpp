@@ -92,7 +92,7 @@ bool set_length_1(Vector& v) noexcept {
   return true;
 }
 
-/// 0 without values. Their number squared is the work.
+/// 0 without values. The time grows with the square of their number.
 float median_of_few(std::span<const float> values) noexcept {
   const auto middle = std::ssize(values) / 2;
   for (const float value : values) {
@@ -164,6 +164,7 @@ SurfaceCorrection::SurfaceCorrection(const ModelView& model, float mesh_noise, c
 
 void SurfaceCorrection::begin(const ShapeEstimate& estimate) noexcept {
   estimate_ = &estimate;
+  samples_ = estimate.samples().size();
   all_measured_ = rigs_ = 0;
   squares_ = distance_squares_ = 0;
   std::ranges::fill(gram_, 0.0f);
@@ -179,7 +180,7 @@ void SurfaceCorrection::add(const Observation& seen) noexcept {
   own_squares_ = set_rows(seen.states);
   squares_ += own_squares_;
   Nuisances& of_rig = nuisances_[rigs_];
-  of_rig.samples = &of_nuisances_[nuisances * rigs_++ * estimate_->samples().size()];
+  of_rig.samples = &of_nuisances_[nuisances * rigs_++ * samples_];
   add_products(of_rig);
 }
 
@@ -199,20 +200,17 @@ std::span<const float> SurfaceCorrection::solve(bool may_be_sample) noexcept {
   const float nodes = static_cast<float>(shapes_.nodes()), measured = static_cast<float>(all_measured_);
   const float price = price_ * nodes * nodes / measured * (squares_ / static_cast<float>(rigs_));
   if (!(price >= std::numeric_limits<float>::min())) return {};  // all samples have the same shape
+  const double rounding = 1e-6 * double{distance_squares_};
   for (Nuisances& of_rig : std::span(nuisances_).first(rigs_)) eliminate(of_rig, price);
   const double left = solve_ridge(price);
-  const auto weights = weights_by_changes();
-  if (const auto sample = may_be_sample ? likely_sample(left, price) : std::nullopt) {
-    std::ranges::fill(weights, 0.0f);
-    weights[*sample] = 1;
-  }
-  return weights;
+  if (!may_be_sample) return weights_by_changes();
+  const auto sample = likely_sample(left, price, rounding);
+  return sample ? weights_of(*sample) : weights_by_changes();
 }
 
 SurfaceEquations SurfaceCorrection::equations() const noexcept {
-  const std::size_t samples = estimate_->samples().size();
-  return {shape_,  directions_,     distances_, std::span(rows_).first(samples * shapes_.stride()),
-          samples, shapes_.nodes(), measured_,  own_squares_};
+  return {shape_,   directions_,     distances_, std::span(rows_).first(samples_ * shapes_.stride()),
+          samples_, shapes_.nodes(), measured_,  own_squares_};
 }
 
 /// Of one of the estimate's samples.
@@ -228,7 +226,7 @@ std::span<const float> SurfaceCorrection::shape_of(std::size_t sample, std::span
 /// Sets the estimate's nodes.
 void SurfaceCorrection::combine(std::span<const StateBetween> states) noexcept {
   std::ranges::fill(shape_, 0.0f);
-  for (std::size_t k = 0; k < estimate_->samples().size(); ++k) {
+  for (std::size_t k = 0; k < samples_; ++k) {
     const float* const of_sample = shape_of(k, states).data();
     const float weight = estimate_->samples()[k].weight;
     for (std::size_t i = 0; i < shape_.size(); i += 4)
@@ -340,9 +338,9 @@ void SurfaceCorrection::weigh_robustly() noexcept {
 
 /// Returns the samples' mean squared distance from the estimate.
 float SurfaceCorrection::set_rows(std::span<const StateBetween> states) noexcept {
-  const std::size_t stride = shapes_.stride(), samples = estimate_->samples().size();
+  const std::size_t stride = shapes_.stride();
   Four squares{};
-  for (std::size_t s = 0; s < samples; ++s) {
+  for (std::size_t s = 0; s < samples_; ++s) {
     const float* const of_sample = shape_of(s, states).data();
     for (std::size_t i = 0; i < stride; i += 4) {
       Four change{};
@@ -354,12 +352,12 @@ float SurfaceCorrection::set_rows(std::span<const StateBetween> states) noexcept
       put(change, &row(s)[i]);
     }
   }
-  return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples * shapes_.nodes());
+  return (squares[0] + squares[1] + squares[2] + squares[3]) / static_cast<float>(samples_ * shapes_.nodes());
 }
 
 /// Adds the rig's normal equations. The columns of its nuisances are the planes of the directions.
 void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
-  const std::size_t k = estimate_->samples().size(), stride = shapes_.stride();
+  const std::size_t k = samples_, stride = shapes_.stride();
   lbea::add_products(code_, rows_.data(), k, stride, 1, sums_, gram_);
   code_.project(rows_.data(), k, stride, distances_.data(), sums_.data());
   for (std::size_t i = 0; i < k; ++i) products_[i] += sums_[i];
@@ -378,7 +376,7 @@ void SurfaceCorrection::add_products(Nuisances& of_rig) noexcept {
 /// its measurement. Neither is a deformation, so both are eliminated from the normal equations. A shift of shift_ and a
 /// strip of strip_ cost as much as a weight of 1.
 void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
-  const std::size_t k = estimate_->samples().size();
+  const std::size_t k = samples_;
   auto& [matrix, constant, samples] = of_rig;
   for (std::size_t n = 0; n < nuisances; ++n) matrix[n][n] += price / square(n < 3 ? shift_ : strip_);
   for (std::size_t n = 0; n < nuisances; ++n) {
@@ -401,7 +399,7 @@ void SurfaceCorrection::eliminate(Nuisances& of_rig, float price) noexcept {
 
 /// Sets the changes c of the weights, which minimize |r - R c|^2 + price c'c. Returns the minimum.
 double SurfaceCorrection::solve_ridge(float price) noexcept {
-  const std::size_t k = estimate_->samples().size();
+  const std::size_t k = samples_;
   const auto changes = std::span(changes_).first(k);
   const auto products = std::span<const float>(products_).first(k);
   std::ranges::copy(products, changes.begin());
@@ -414,27 +412,33 @@ double SurfaceCorrection::solve_ridge(float price) noexcept {
 /// The sample with the least sum of squares q, if its likelihood is greater than that of all combinations together,
 /// whose weights have a normal distribution about the estimate. With n distances, that is if
 ///   n ln(q / left) < ln det(I + G / price)
-/// (Bayesian linear regression, Bishop 2006, eq. 3.86). No more distances than weights determine no combination.
+/// (Bayesian linear regression, Bishop 2006, eq. 3.86). None if there are no more distances than weights: they do not
+/// determine a combination. rounding: of the sums.
 [[gnu::cold]]  // compiled for size
 std::optional<std::size_t>
-SurfaceCorrection::likely_sample(double left, float price) const noexcept {
-  constexpr double rounding = 1e-6;
-  const std::size_t k = estimate_->samples().size();
-  const double n = static_cast<double>(all_measured_), least = std::max(rounding * double{distance_squares_}, 1e-30);
-  if (all_measured_ <= k) return {};
+SurfaceCorrection::likely_sample(double left, float price, double rounding) const noexcept {
+  if (all_measured_ <= samples_) return {};
   const auto squares = [&](std::size_t i) {
-    return double{distance_squares_} - 2 * double{products_[i]} + double{gram_[i * k + i]};
+    return double{distance_squares_} - 2 * double{products_[i]} + double{gram_[i * samples_ + i]};
   };
   std::size_t sample = 0;
-  for (std::size_t i = 1; i < k; ++i)
+  for (std::size_t i = 1; i < samples_; ++i)
     if (squares(i) < squares(sample)) sample = i;
-  const double ratio = std::max(squares(sample), least) / std::max(left, least);
-  if (!(n * logarithm(ratio) < ridge_.log_determinant(k, double{price}))) return {};
+  const double n = static_cast<double>(all_measured_), least = std::max(rounding, 1e-30),
+               ratio = std::max(squares(sample), least) / std::max(left, least);
+  if (!(n * logarithm(ratio) < ridge_.log_determinant(samples_, double{price}))) return {};
   return sample;
 }
 
+std::span<const float> SurfaceCorrection::weights_of(std::size_t sample) noexcept {
+  const auto weights = std::span(weights_).first(samples_);
+  std::ranges::fill(weights, 0.0f);
+  weights[sample] = 1;
+  return weights;
+}
+
 /// An estimate with changed weights, whose sum is 1.
-std::span<float> SurfaceCorrection::weights_by_changes() noexcept {
+std::span<const float> SurfaceCorrection::weights_by_changes() noexcept {
   const auto before = estimate_->samples();
   const auto changes = std::span(changes_).first(before.size());
   const auto weights = std::span(weights_).first(before.size());

@@ -51,8 +51,8 @@ class SurfaceCorrection {
   /// Weights of the estimate's samples, whose sum is 1, that bring its observed surface nearer to the points of all
   /// frames: a Gauss-Newton step on these distances, regularized by ridge regression about the estimate. Nuisances
   /// per rig: a shift of the whole component, and how far before the edges its points end. may_be_sample: one sample
-  /// gets the weight 1 if it is likelier than their combination. Empty if the frames show nothing near the estimate.
-  /// Valid until the next begin(). Does not allocate.
+  /// gets the weight 1, and the others 0, if the points are likelier with it than with all combinations. Empty if the
+  /// frames show nothing near the estimate. Valid until the next begin(). Does not allocate.
   [[nodiscard]] std::span<const float> solve(bool may_be_sample) noexcept;
   /// Of the last frame that was added, not of joined ones. Valid until the next add().
   [[nodiscard]] SurfaceEquations equations() const noexcept;
@@ -81,8 +81,9 @@ class SurfaceCorrection {
   void add_products(Nuisances& of_rig) noexcept;
   void eliminate(Nuisances& of_rig, float price) noexcept;
   [[nodiscard]] double solve_ridge(float price) noexcept;
-  [[nodiscard]] std::optional<std::size_t> likely_sample(double left, float price) const noexcept;
-  [[nodiscard]] std::span<float> weights_by_changes() noexcept;
+  [[nodiscard]] std::optional<std::size_t> likely_sample(double left, float price, double rounding) const noexcept;
+  [[nodiscard]] std::span<const float> weights_of(std::size_t sample) noexcept;
+  [[nodiscard]] std::span<const float> weights_by_changes() noexcept;
   [[nodiscard]] std::span<const float> shape_of(std::size_t sample, std::span<const StateBetween> states) noexcept;
   [[nodiscard]] std::size_t first_edge() const noexcept { return shapes_.nodes() - shapes_.edges(); }
   void set(std::size_t node, const std::array<float, 3>& direction, float distance) noexcept;
@@ -94,6 +95,7 @@ class SurfaceCorrection {
   float price_, shift_, strip_;
   ShapeLandmarks shapes_;
   const ShapeEstimate* estimate_ = nullptr;
+  std::size_t samples_ = 0;                      // of the estimate when it was begun
   std::size_t measured_ = 0, all_measured_ = 0;  // nodes: of the last rig, of all
   std::size_t rigs_ = 0;                         // that show something
   float own_squares_ = 0, squares_ = 0;          // set_rows() of the last rig, sum of all

@@ -76,6 +76,7 @@ void SurfaceFitter::correct(const CloudIndex& index, SurfaceFit& result) noexcep
   const auto weights = correction_.solve(!is_hidden());
   if (weights.empty()) return correction_.clear();
   estimate_.reweigh(weights);
+  result.estimate = estimate_.samples();
   weights_.rank(estimate_.from_estimate(), 0, result);
 }
 

@@ -30,8 +30,9 @@ class SurfaceFitter {
                  const FramePrior& prior = {}) noexcept;
   /// The same for the frame's depth image, by the proposed samples alone: see CandidateSearch.
   SurfaceFit fit(const FrameImage& image, std::span<const RankedSample> proposed) noexcept;
-  /// Moves the estimate of the latest fit to the points of its index, and ranks the candidates again. Spread, time and
-  /// verdict remain those of the uncorrected estimate. Does not allocate.
+  /// Moves the estimate of the latest fit to the points of its index, and ranks the candidates again. With a full view,
+  /// one sample becomes the estimate if it is likelier than their combination. Spread, time and verdict remain those of
+  /// the uncorrected estimate. Does not allocate.
   void correct(const CloudIndex& index, SurfaceFit& result) noexcept;
   /// The first step of it, of any estimate: compares that with the points of the latest fit's index. states: of its
   /// samples when the frame was captured; empty: those samples. Does not allocate.

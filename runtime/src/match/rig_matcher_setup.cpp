@@ -14,7 +14,7 @@ void require(bool holds, std::size_t rig, const std::string& sentence) {
   if (!holds) throw Error(Status::bad_config, "rig " + std::to_string(rig + 1) + ": " + sentence);
 }
 
-/// The regression of all rigs' images. Throws if they are not those of the same samples.
+/// The first rig's. Throws if another rig's are not those of the same samples.
 const DepthImages& common_images(const std::vector<SensorViews>& views) {
   const DepthImages& first = *views.front().data();
   for (std::size_t rig = 1; rig < views.size(); ++rig)

@@ -199,7 +199,6 @@ TEST_CASE("what is learned does not depend on the number of threads; with one si
   CHECK(one.error_bound.growth == many.error_bound.growth);
   CHECK(one.hidden_error_bound.per_spread == many.hidden_error_bound.per_spread);
   CHECK(one.costs.metric.hidden == many.costs.metric.hidden);
-  CHECK(one.costs.prices == many.costs.prices);
   CHECK(one.shapes.weights == many.shapes.weights);
   CHECK(one.shapes.hidden_blend == many.shapes.hidden_blend);
   CHECK(one.shapes.hidden_most_difference == many.shapes.hidden_most_difference);
@@ -207,27 +206,38 @@ TEST_CASE("what is learned does not depend on the number of threads; with one si
   std::erase_if(alone.samples, [](const Sample& sample) { return sample.simulation > 0; });
   const LearnedFit usual = learn_fit(alone, 1);
   CHECK(usual.costs.metric.cap == DepthMetric{}.cap);
-  CHECK(usual.costs.prices == EstimatePrices());
   CHECK(usual.error_bound.per_spread == 0);
 }
 
-TEST_CASE("a price is learned where it changes the errors of most runs; else the usual one stays") {
+TEST_CASE("prices are learned one after the other, in steps that make the errors of most runs smaller") {
   constexpr std::uint32_t runs = 100;
+  constexpr std::array which{&EstimatePrices::change, &EstimatePrices::neighbor, &EstimatePrices::correction};
   const EstimatePrices usual;
-  const auto errors_by = [&](const EstimatePrices& prices) {
-    std::vector<FrameErrors> errors(std::size_t{10} * runs);
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      errors[i].simulation = static_cast<std::uint32_t>(i % runs);
-      const double random = static_cast<double>(splitmix(errors[i].simulation) % 1000) / 1000;
-      errors[i].estimate = 1 + std::abs(std::log(16 * double{prices.neighbor / usual.neighbor})) * (1 + random);
-      errors[i].match = 1 + (random - 0.5) * std::log(double{prices.correction});  // better for half of the runs
-    }
-    return errors;
+  struct Optimum {
+    float neighbor, correction, learned_neighbor, learned_correction;  // times the usual ones
   };
-  EstimatePrices learned, expected;
-  expected.neighbor = usual.neighbor / 16;
-  learn_prices(errors_by, learned);
-  CHECK(learned == expected);
+  for (const auto& [neighbor, correction, learned_neighbor, learned_correction] :
+       {Optimum{1 / 16.0f, 1, 1 / 16.0f, 1}, Optimum{1 / 64.0f, 4, 1 / 16.0f, 4}, Optimum{1, 64, 1, 16},
+        Optimum{1 / 4.0f, 1 / 4.0f, 1 / 4.0f, 1 / 4.0f}}) {
+    const auto errors_by = [&, neighbor = neighbor, correction = correction](const EstimatePrices& prices) {
+      const auto from = [](float price, float best) { return std::abs(std::log(double{price / best})); };
+      std::vector<FrameErrors> errors(std::size_t{10} * runs);
+      for (std::size_t i = 0; i < errors.size(); ++i) {
+        errors[i].simulation = static_cast<std::uint32_t>(i % runs);
+        const double random = static_cast<double>(splitmix(errors[i].simulation) % 1000) / 1000;
+        errors[i].estimate = (from(prices.neighbor, neighbor * usual.neighbor) +
+                              from(prices.correction, correction * usual.correction)) *
+                             (1 + random);
+        errors[i].match = (random - 0.5) * std::log(double{prices.change});  // smaller for half of the runs
+      }
+      return errors;
+    };
+    EstimatePrices learned, expected;
+    expected.neighbor *= learned_neighbor;
+    expected.correction *= learned_correction;
+    learn_prices(which, errors_by, learned);
+    CHECK(learned == expected);
+  }
 }
 
 // One factor for all spreads held 97 to 100 % of the errors of a test's first frames, and 81 % of the last ones'.

@@ -1,7 +1,9 @@
 // Depth images of samples and frames, and the ranking of samples by them.
 #include "precompute/depth_images/rendered_views.hpp"
 #include "runtime/src/depth/depth_ranking.hpp"
+#include "runtime/src/fit/surface_fit.hpp"
 #include "tests/runtime/fit/seen_plates.hpp"
+#include "tests/runtime/model/forged_model.hpp"
 
 #include <doctest/doctest.h>
 
@@ -319,6 +321,44 @@ TEST_CASE("images rendered from the model are those that the bake rendered, on a
   CHECK(std::ranges::equal(rendered.data()->expected, baked.data()->expected));
   CHECK(rendered.misfit_limit() == baked.misfit_limit());
   CHECK(rendered.test_misfit_limit() == baked.test_misfit_limit());
+
+  AlignedBytes priced = one;
+  forge(priced.span(), format::SectionId::estimate_prices, [](auto&, std::span<std::byte> section) {
+    const std::array prices{0.001, 0.002, 0.003, 0.004, 0.005, 0.006};
+    std::memcpy(section.data(), prices.data(), sizeof(prices));
+  });
+  const EstimatePrices expected{.residual = 0.001f,
+                                .distance = 0.002f,
+                                .change = 0.003f,
+                                .change_distance = 0.004f,
+                                .neighbor = 0.005f,
+                                .correction = 0.006f};
+  const Model other = Model::view(priced.span());
+  CHECK(other.view().depth_images->prices == expected);
+  const SensorViews with_its_prices =
+      render_depth_images(other, *make_depth_renderer(rig_above(), mesh.nodes(), mesh.elements, low, high), 2);
+  CHECK(with_its_prices.data()->prices == expected);
+  forge(priced.span(), format::SectionId::estimate_prices,
+        [](format::SectionEntry& entry, auto&) { ++entry.id; });  // a model of an earlier version
+  CHECK(Model::view(priced.span()).view().depth_images->prices == EstimatePrices());
+}
+
+TEST_CASE("the more the weights of neighbors cost, the more equal they are") {
+  const AlignedBytes bytes = seen_plates_model(6, 4);
+  const Model model = Model::view(bytes.span());
+  const auto greatest_weight = [&](float price) {
+    const SensorViews views =
+        changed(SensorViews::baked_into(model), [price](DepthImages& images) { images.prices.neighbor = price; });
+    SurfaceFitter fitter(model.view(), views, 1);
+    std::vector<RankedSample> all;
+    for (std::uint32_t s = 0; s < model.samples(); ++s) all.push_back({s, 0});
+    CloudIndex index(envelope_grid(model.view().envelope), 200'000);
+    index.build(seen(bent(0.77)), rig_above().T_reference_sensor);
+    const SurfaceFit fit = fitter.fit(index, all);
+    return std::ranges::max(fit.estimate, {}, &WeightedSample::weight).weight;
+  };
+  CHECK(greatest_weight(1e4f) == doctest::Approx(1.0 / model.samples()).epsilon(0.01));
+  CHECK(greatest_weight(1e-3f) > 2 * greatest_weight(1e4f));
 }
 
 // The image of the rays has a whole number of them; its middle, not the sensor's, is the principal point.

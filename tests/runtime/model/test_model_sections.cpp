@@ -85,7 +85,7 @@ TEST_CASE("a regression whose numbers cannot be is refused") {
   CHECK(status_with(model, SectionId::hidden_numbers, 0, 0.0) == Status::corrupt_model);
   CHECK(status_with(model, SectionId::hidden_numbers, 1, 1.5) == Status::corrupt_model);
   for (std::size_t word = 0; word < all_prices.size(); ++word)
-    for (const double value : {-1.0, 0.0, std::nan(""), 1e300})
+    for (const double value : {-1.0, 0.0, 1e-12, std::nan(""), 1e12})
       CHECK(status_with(model, SectionId::estimate_prices, word, value) == Status::corrupt_model);
   for (std::size_t word = 0; word < 2; ++word)
     for (const double value : {-1.0, std::nan(""), 1e300})

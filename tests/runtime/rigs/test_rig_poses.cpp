@@ -8,7 +8,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <thread>
 
 using namespace lbea;
@@ -30,25 +29,6 @@ struct PosedRigs : TwoRigs {
     return SensorViews(std::make_shared<const DepthImages>(images));
   }
 };
-
-/// One point per quarter of a cell of the depth image, the mean of its points: a frame without empty cells from any
-/// pose, but a plane needs points of a total weight of 4, and these have 3 on average (4 per cell, times half the area
-/// of a circle of 0.7 cells).
-std::vector<Point> one_per_quarter(std::span<const Point> points, const DepthCamera& camera) {
-  std::map<std::pair<int, int>, std::vector<Point>> quarters;
-  for (const Point& p : points) {
-    const auto half_cells = [&](float x) { return static_cast<int>(std::floor(2 * camera.focal * x / p.z)); };
-    quarters[{half_cells(p.x), half_cells(p.y)}].push_back(p);
-  }
-  std::vector<Point> means;
-  for (const auto& [quarter, inside] : quarters) {
-    Point mean{};
-    const float share = 1 / static_cast<float>(inside.size());
-    for (const Point& p : inside) mean = {mean.x + share * p.x, mean.y + share * p.y, mean.z + share * p.z};
-    means.push_back(mean);
-  }
-  return means;
-}
 
 }  // namespace
 

@@ -68,10 +68,4 @@ inline Frame at(double ms, std::span<const Point> points) {
   return {static_cast<std::uint64_t>(ms), static_cast<std::int64_t>(ms * 1e6), points};
 }
 
-inline SensorViews changed(const SensorViews& views, const auto& change) {
-  DepthImages images = *views.data();
-  change(images);
-  return SensorViews(std::make_shared<const DepthImages>(images));
-}
-
 }  // namespace lbea::test
