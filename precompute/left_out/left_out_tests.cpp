@@ -150,20 +150,19 @@ void learn_prices(std::span<float EstimatePrices::*const> which, const ErrorsByP
   constexpr int most_steps = 2;
   constexpr double clearly = 3;  // standard errors: several tries of few runs exceed 2 by chance
   std::vector<double> least = sums_by_run(errors_by(prices));
-  for (const auto price : which) {
-    const float usual = prices.*price;
-    for (const float by : {1 / factor, factor}) {
-      if (prices.*price != usual) break;  // a lower price is better: higher ones are not tried
-      EstimatePrices tried = prices;
-      for (int step = 0; step < most_steps; ++step) {
-        tried.*price *= by;
-        std::vector<double> sums = sums_by_run(errors_by(tried));
-        if (!(significance(sums, least) > clearly)) break;
-        prices = tried;
-        least = std::move(sums);
-      }
+  const auto steps_taken = [&](float EstimatePrices::*price, float by) {
+    EstimatePrices tried = prices;
+    for (int step = 0; step < most_steps; ++step) {
+      tried.*price *= by;
+      std::vector<double> sums = sums_by_run(errors_by(tried));
+      if (!(significance(sums, least) > clearly)) return step;
+      prices = tried;
+      least = std::move(sums);
     }
-  }
+    return most_steps;
+  };
+  for (const auto price : which)
+    if (steps_taken(price, 1 / factor) == 0) steps_taken(price, factor);
 }
 
 std::vector<std::size_t> samples_of_tests(const SampleSource& source, std::size_t most) {
