@@ -128,6 +128,7 @@ void LineComparison::set_filled_lines(std::span<const float> observed) noexcept 
   finish();
 }
 
+[[gnu::noinline]]  // one copy for both kinds of lines
 int LineComparison::set_line(std::span<const float> observed) noexcept {
   constexpr float most = std::numeric_limits<std::uint16_t>::max();
   std::uint16_t* const line = &observed_[count_ * ImageLines::cells];

@@ -7,16 +7,13 @@ namespace {
 
 constexpr std::size_t block = 16;  // neighbors whose products are summed together, in registers
 
-void add(float weight, std::span<const float> values, std::span<float> sum) noexcept {
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * values[i];
-}
-
 }  // namespace
 
 [[gnu::cold]]  // compiled for size
 ShapeEstimate::ShapeEstimate(const ModelView& model, const ShapeRegression& regression, std::size_t most,
                              const FitSettings& settings)
     : model_(model),
+      code_(kernels()),
       regression_(regression),
       settings_(settings),
       shapes_(model),
@@ -125,8 +122,8 @@ void ShapeEstimate::clear() noexcept {
 void ShapeEstimate::use(std::uint32_t sample, float weight, std::span<const float> landmarks) noexcept {
   numbers_[used_] = sample;
   samples_[used_++] = {model_.sample(sample), weight};
-  add(weight, landmarks, estimate_landmarks_);
-  if (regression_.blend > 0) add(weight, regression_.shape(sample), shape_);
+  code_.add_multiple(weight, landmarks.data(), estimate_landmarks_.size(), estimate_landmarks_.data());
+  if (regression_.blend > 0) code_.add_multiple(weight, regression_.shape(sample).data(), shape_.size(), shape_.data());
   if (!model_.sample_times.empty()) time_s_ += double{weight} * model_.sample_times[sample];
 }
 
@@ -135,7 +132,9 @@ void ShapeEstimate::use(std::uint32_t sample, float weight, std::span<const floa
 void ShapeEstimate::move_toward(const ShapePrediction& prediction) noexcept {
   const auto& [predicted, blend, most] = prediction;
   std::ranges::fill(target_, 0.0f);
-  for (std::size_t i = 0; i < count(); ++i) add(shares_[i], regression_.shape(problem_.samples[i].sample), target_);
+  for (std::size_t i = 0; i < count(); ++i)
+    code_.add_multiple(shares_[i], regression_.shape(problem_.samples[i].sample).data(), target_.size(),
+                       target_.data());
   const float difference = std::sqrt(squared_distance(predicted, target_));
   if (!std::isfinite(difference)) return;  // by a forged model
   const float share = blend * std::min(1.0f, most / std::max(difference, 1e-30f));

@@ -91,6 +91,7 @@ class ShapeEstimate {
   }
 
   const ModelView& model_;
+  const Kernels& code_;
   ShapeRegression regression_;
   FitSettings settings_;
   ShapeLandmarks shapes_;

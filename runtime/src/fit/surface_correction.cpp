@@ -22,44 +22,12 @@ Four four_at(const float* values) noexcept {
 }
 void put(const Four& four, float* values) noexcept { std::memcpy(values, &four, sizeof(four)); }
 
-/// Weighted sums over points near a place, relative to it: of weights; x, y, z; xx, xy, xz, yy, yz, zz.
-class Moments {
- public:
-  Moments(const Vector& place, float reach) noexcept : place_(place), per_square_(1 / square(reach)) {}
-  void add(const Leaf& leaf) noexcept {
-    for (std::size_t i = 0; i < CloudIndex::fanout; i += 4) {
-      const Four x = four_at(&leaf.x[i]) - place_[0], y = four_at(&leaf.y[i]) - place_[1],
-                 z = four_at(&leaf.z[i]) - place_[2];
-      const Four weight = 1 - per_square_ * (x * x + y * y + z * z), none{};
-      const auto is_near = weight > none;
-      const Four w = is_near ? weight : none, wx = w * (is_near ? x : none), wy = w * (is_near ? y : none),
-                 wz = w * (is_near ? z : none);
-      const Four terms[] = {w, wx, wy, wz, wx * x, wx * y, wx * z, wy * y, wy * z, wz * z};
-      for (std::size_t moment = 0; moment < 4; ++moment) sums_[moment] += terms[moment];
-      for (std::size_t moment = 4; moment < 10; ++moment) sums_[moment] += is_near ? terms[moment] : none;
-    }
-  }
-  [[nodiscard]] std::array<float, 10> sums() const noexcept {
-    std::array<float, 10> sums;
-    for (std::size_t moment = 0; moment < sums.size(); ++moment) {
-      const Four& of = sums_[moment];
-      sums[moment] = (of[0] + of[1]) + (of[2] + of[3]);
-    }
-    return sums;
-  }
-
- private:
-  Vector place_;
-  float per_square_;
-  std::array<Four, 10> sums_{};
-};
-
 /// The plane through points, as their depths along a direction depend on their places across it.
 struct Plane {
   Vector center{}, normal{};
 
   /// With C the covariance, C^-1 d minimizes n' C n for n' d = 1. A small multiple of the identity keeps C regular for
-  /// points in a line.
+  /// points in a line. sums: by Kernels::sum_moments.
   static Plane through(const std::array<float, 10>& sums, const Vector& direction) noexcept {
     constexpr float regular = 0.01f;
     Plane plane;
@@ -228,9 +196,7 @@ void SurfaceCorrection::combine(std::span<const StateBetween> states) noexcept {
   std::ranges::fill(shape_, 0.0f);
   for (std::size_t k = 0; k < samples_; ++k) {
     const float* const of_sample = shape_of(k, states).data();
-    const float weight = estimate_->samples()[k].weight;
-    for (std::size_t i = 0; i < shape_.size(); i += 4)
-      put(four_at(&shape_[i]) + weight * four_at(&of_sample[i]), &shape_[i]);
+    code_.add_multiple(estimate_->samples()[k].weight, of_sample, shape_.size(), shape_.data());
   }
 }
 
@@ -263,11 +229,10 @@ void SurfaceCorrection::measure(std::size_t node, const Observation& seen) noexc
   const float cell = depth / seen.camera.focal, farther = depth_in(camera_cell, seen) - depth;
   if (!(std::abs(farther) < reach * cell)) return;
   for (std::size_t k = 0; k < 3; ++k) place[k] += sight[k] * farther / depth;
-  Moments moments(place, width * cell);
   std::array<const Leaf*, 8> leaves;
   const std::size_t count = seen.index.find_around(place, leaves);
-  for (std::size_t i = 0; i < count; ++i) moments.add(*leaves[i]);
-  const auto sums = moments.sums();
+  std::array<float, 10> sums;
+  code_.sum_moments(leaves.data(), count, place.data(), width * cell, sums.data());
   if (!(sums[0] >= fewest)) return;
   const Plane plane = Plane::through(sums, sight);
   const float along = dot(plane.center, sight),

@@ -280,6 +280,39 @@ Cells compare(Floats observed, Floats sample, const CellPrices& prices) {
   return {cost * cost, choose(in_frame | in_sample, all(1.0f), Floats{})};
 }
 
+void add_multiple(float weight, const float* values, std::size_t count, float* sum) {
+  for (std::size_t i = 0; i < count; i += lanes) store(sum + i, load(sum + i) + weight * load(values + i));
+}
+
+// Inlined, it would be repeated for each of the ten sums.
+__attribute__((noinline)) float one_sum(const Floats& values) { return sum(values); }
+
+// One register's width at a time, so that the ten sums stay in registers.
+void sum_moments(const Leaf* const* leaves, std::size_t count, const float place[3], float reach, float sums[10]) {
+  using Part = Floats::Part;
+  const float per_square = 1 / (reach * reach);
+  Floats lane_sums[10];
+  for (std::size_t i = 0; i < Floats::parts; ++i) {
+    const auto part_of = [i](const float* plane) {
+      Part part;
+      __builtin_memcpy(&part, plane + i * Floats::width, sizeof(part));
+      return part;
+    };
+    Part part[10]{};
+    for (std::size_t leaf = 0; leaf < count; ++leaf) {
+      Part x = part_of(leaves[leaf]->x) - place[0], y = part_of(leaves[leaf]->y) - place[1],
+           z = part_of(leaves[leaf]->z) - place[2], w = 1.0f - per_square * (x * x + y * y + z * z);
+      const auto is_near = w > 0.0f;
+      x = is_near ? x : Part{}, y = is_near ? y : Part{}, z = is_near ? z : Part{}, w = is_near ? w : Part{};
+      const Part wx = w * x, wy = w * y, wz = w * z;
+      part[0] += w, part[1] += wx, part[2] += wy, part[3] += wz;
+      part[4] += wx * x, part[5] += wx * y, part[6] += wx * z, part[7] += wy * y, part[8] += wy * z, part[9] += wz * z;
+    }
+    for (std::size_t moment = 0; moment < 10; ++moment) lane_sums[moment].part[i] = part[moment];
+  }
+  for (std::size_t moment = 0; moment < 10; ++moment) sums[moment] = one_sum(lane_sums[moment]);
+}
+
 using Pair = float __attribute__((vector_size(8)));  // a depth and 1: one addition for both sums
 
 void add_depths(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster,
@@ -384,6 +417,8 @@ const Kernels table{LBEA_NAME(LBEA_KERNELS),
                     project,
                     project_short,
                     mode_distance,
+                    add_multiple,
+                    sum_moments,
                     add_depths,
                     compare_depths,
                     compare_lines,

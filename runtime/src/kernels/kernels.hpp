@@ -143,6 +143,12 @@ struct Kernels {
   /// Eq. 3: sum over modes of |e_j - s_j|, x, y and z planes of `stride` floats each. Returns a partial sum as soon as
   /// that is not below `bound`.
   float (*mode_distance)(const float* const e[3], const float* sample, std::size_t stride, float bound);
+  /// sum += weight * values; `count` is a multiple of 16.
+  void (*add_multiple)(float weight, const float* values, std::size_t count, float* sum);
+  /// Sets weighted sums over the points of `count` leaves, relative to a place: of weights; x, y, z; xx, xy, xz, yy,
+  /// yz, zz. The weight of a point at distance d is 1 - (d / reach)^2, or 0 beyond the reach and in lanes without a
+  /// point.
+  void (*sum_moments)(const Leaf* const* leaves, std::size_t count, const float place[3], float reach, float sums[10]);
   /// Adds depth and number of all points in `count` leaves to the tallies of their cells. T: camera coordinates from
   /// the leaves'. Points outside are added to cell columns * rows.
   void (*add_depths)(const Leaf* leaves, std::size_t count, const float T[12], const CellRaster& raster,

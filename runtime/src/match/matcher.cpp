@@ -156,7 +156,7 @@ void Matcher::State::combine_coefficients(std::span<const WeightedSample> estima
   for (const WeightedSample& one : estimate) {
     const float* of_sample = &reference->coefficients[std::size_t{3} * stride * model.sample_index(one.sample)];
     for (auto& plane : coefficients.planes) {
-      for (std::size_t j = 0; j < stride; ++j) plane[j] += one.weight * of_sample[j];
+      kernels().add_multiple(one.weight, of_sample, stride, plane.data());
       of_sample += stride;
     }
   }

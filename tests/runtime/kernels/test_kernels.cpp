@@ -201,3 +201,92 @@ TEST_CASE("projections by 16-bit numbers are those by the same numbers as floats
     }
   }
 }
+
+TEST_CASE("adding a multiple rounds the product and the sum, with the same bits everywhere") {
+  std::mt19937 random(36);
+  std::normal_distribution<float> value(0, 50);
+  for (const std::size_t count : {16u, 48u, 576u}) {
+    std::vector<float> values(count), before(count), expected(count);
+    for (auto* vector : {&values, &before})
+      for (float& v : *vector) v = value(random);
+    for (const float weight : {0.37f, -2.5f, 0.0f}) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const volatile float product = weight * values[i];  // not fused with the addition
+        expected[i] = before[i] + product;
+      }
+      for (const Kernels* k : all_kernels()) {
+        std::vector<float> sum = before;
+        k->add_multiple(weight, values.data(), count, sum.data());
+        CHECK(sum == expected);
+      }
+    }
+  }
+}
+
+namespace {
+
+/// In double precision.
+std::array<double, 10> moments_of(const std::vector<Leaf>& leaves, std::size_t points, const Position& place,
+                                  double reach) {
+  std::array<double, 10> sums{};
+  for (std::size_t i = 0; i < points; ++i) {
+    const Leaf& leaf = leaves[i / 16];
+    const double x = double{leaf.x[i % 16]} - double{place[0]}, y = double{leaf.y[i % 16]} - double{place[1]},
+                 z = double{leaf.z[i % 16]} - double{place[2]};
+    const double w = std::max(1 - (x * x + y * y + z * z) / (reach * reach), 0.0);
+    const double terms[] = {1, x, y, z, x * x, x * y, x * z, y * y, y * z, z * z};
+    for (std::size_t moment = 0; moment < sums.size(); ++moment) sums[moment] += w * terms[moment];
+  }
+  return sums;
+}
+
+/// The rest of the last leaf has no points.
+std::vector<Leaf> leaves_around(const Position& place, const std::vector<Position>& points) {
+  std::vector<Leaf> leaves((points.size() + 15) / 16);
+  for (std::size_t i = 0; i < 16 * leaves.size(); ++i) {
+    Leaf& leaf = leaves[i / 16];
+    float* const lane[] = {&leaf.x[i % 16], &leaf.y[i % 16], &leaf.z[i % 16]};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      *lane[axis] = i < points.size() ? place[axis] + points[i][axis] : std::numeric_limits<float>::infinity();
+  }
+  return leaves;
+}
+
+}  // namespace
+
+TEST_CASE("moments are those of the near points alone, with the same bits everywhere") {
+  constexpr float reach = 8;
+  constexpr Position place{128, -64, 32};
+  for (const std::size_t count : {0u, 3u, 16u, 45u, 128u}) {
+    const std::vector<Leaf> leaves = leaves_around(place, test::random_positions(count, 10, 37));
+    std::vector<const Leaf*> pointers;
+    for (const Leaf& leaf : leaves) pointers.push_back(&leaf);
+    const std::array<double, 10> exact = moments_of(leaves, count, place, double{reach});
+    std::array<float, 10> expected{};
+    kernels().sum_moments(pointers.data(), pointers.size(), place.data(), reach, expected.data());
+    for (std::size_t moment = 0; moment < exact.size(); ++moment) {
+      const double most = moment == 0 ? 1 : moment < 4 ? 8 : 64;  // of a term, by the reach
+      // Of the additions, and of the operations of a term
+      const double rounding = (static_cast<double>(count) + 8) * std::numeric_limits<float>::epsilon();
+      CHECK(std::abs(double{expected[moment]} - exact[moment]) <= static_cast<double>(count) * most * rounding);
+    }
+    if (count > 16) CHECK(expected[0] > 0);
+    for (const Kernels* k : all_kernels()) {
+      std::array<float, 10> sums{};
+      k->sum_moments(pointers.data(), pointers.size(), place.data(), reach, sums.data());
+      CHECK(std::memcmp(sums.data(), expected.data(), sizeof(sums)) == 0);
+    }
+  }
+}
+
+TEST_CASE("no point is near a place that is no number, or within a reach of 0") {
+  const std::vector<Leaf> leaves = leaves_around({0, 0, 0}, {{0, 0, 0}, {1, 2, 3}});
+  const Leaf* const only = leaves.data();
+  for (const Kernels* k : all_kernels())
+    for (const auto& [place, reach] : {std::pair{Position{std::nanf(""), 0, 0}, 8.0f}, {Position{0, 0, 0}, 0.0f}}) {
+      std::array<float, 10> sums;
+      sums.fill(1);
+      k->sum_moments(&only, 1, place.data(), reach, sums.data());
+      CHECK(sums == std::array<float, 10>{});
+    }
+}
