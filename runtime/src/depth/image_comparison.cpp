@@ -210,7 +210,7 @@ ThinnedImages::ThinnedImages(const DepthImages& images)
       lines_(observed_.size(), prices_of(images.metric, images.camera)) {
   const std::size_t stride = observed_.size();
   if (cells_.empty() || samples_ * stride * sizeof(std::uint16_t) > most_bytes) return;
-  depths_.assign(samples_ * stride, empty_cell);
+  depths_ = std::vector(samples_ * stride, empty_cell);
   for (std::size_t s = 0; s < samples_; ++s)
     std::ranges::transform(cells_, &depths_[s * stride], [image = images.of_sample(s)](auto c) { return image[c]; });
 }

@@ -74,7 +74,7 @@ ShortRows::ShortRows(std::span<const float> rows, std::size_t columns)
   }
   stride_ = format::padded(columns_.size());
   scaled_.resize(stride_);
-  numbers_.assign(count_ * stride_, static_cast<std::uint16_t>(zero));
+  numbers_ = std::vector(count_ * stride_, static_cast<std::uint16_t>(zero));
   for (std::size_t row = 0; row < count_; ++row)
     for (std::size_t i = 0; i < columns_.size(); ++i)
       numbers_[row * stride_ + i] =

@@ -50,20 +50,22 @@ float mean_of_numbers(std::span<const WeightedRow> rows, std::size_t i, const fl
 
 /// Limits each value to the range of the rows: an extrapolated strain, for example, could be negative.
 void keep_within(std::span<const WeightedRow> rows, std::vector<float>& mean) {
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    float low = std::numeric_limits<float>::infinity(), high = -low;
-    for (const WeightedRow& row : rows) {
-      low = std::min(low, row.values[i]);
-      high = std::max(high, row.values[i]);
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  std::vector<float> low(mean.size(), infinity), high(mean.size(), -infinity);
+  for (const WeightedRow& row : rows)
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+      low[i] = std::min(low[i], row.values[i]);
+      high[i] = std::max(high[i], row.values[i]);
     }
-    mean[i] = std::min(std::max(mean[i], low), high);  // NaN stays
-  }
+  for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = std::min(std::max(mean[i], low[i]), high[i]);  // NaN stays
 }
 
+[[gnu::cold]]  // compiled for size
 Rows positions_of(const Model& model, std::span<const WeightedSample> samples) {
   return rows_of(model, samples, [&](std::uint32_t sample, auto&) { return model.node_positions(sample); });
 }
 
+[[gnu::cold]]  // compiled for size
 Rows fields_of(const Model& model, std::uint32_t field, std::span<const WeightedSample> samples) {
   return rows_of(model, samples, [&](std::uint32_t sample, std::vector<std::vector<float>>& read) {
     const auto stored = model.field_values(field, sample);
@@ -74,6 +76,7 @@ Rows fields_of(const Model& model, std::uint32_t field, std::span<const Weighted
 }
 
 /// quantity: 0, or 1 + field. The errors of single values grow with the error of the whole estimate.
+[[gnu::cold]]  // compiled for size
 void bound(const Model& model, std::size_t quantity, const SurfaceFit& fit, Inferred& into) {
   const auto& images = model.view().depth_images;
   if (images == nullptr || images->bounds.empty() || !(fit.spread > 0) || !(fit.error_90 > 0)) return;
@@ -101,10 +104,11 @@ void weighted_spread(std::span<const WeightedRow> rows, std::span<const float> a
   float all = 0;
   for (const WeightedRow& row : rows) {
     all += row.weight;
-    for (std::size_t i = 0; i < into.size() * components; ++i) {
-      const float off = row.values[i] - about[i];
-      into[i / components] += row.weight * off * off;
-    }
+    for (std::size_t i = 0; i < into.size(); ++i)
+      for (std::size_t k = components * i; k < components * (i + 1); ++k) {
+        const float off = row.values[k] - about[k];
+        into[i] += row.weight * off * off;
+      }
   }
   for (std::size_t i = 0; i < into.size(); ++i)
     into[i] = std::sqrt(components == 1 && std::isnan(into[i]) ? mean_of_numbers(rows, i, &about[i], 0)
