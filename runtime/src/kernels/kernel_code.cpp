@@ -293,15 +293,10 @@ void sum_moments(const Leaf* const* leaves, std::size_t count, const float place
   const float per_square = 1 / (reach * reach);
   Floats lane_sums[10];
   for (std::size_t i = 0; i < Floats::parts; ++i) {
-    const auto part_of = [i](const float* plane) {
-      Part part;
-      __builtin_memcpy(&part, plane + i * Floats::width, sizeof(part));
-      return part;
-    };
     Part part[10]{};
     for (std::size_t leaf = 0; leaf < count; ++leaf) {
-      Part x = part_of(leaves[leaf]->x) - place[0], y = part_of(leaves[leaf]->y) - place[1],
-           z = part_of(leaves[leaf]->z) - place[2], w = 1.0f - per_square * (x * x + y * y + z * z);
+      Part x = load_part(leaves[leaf]->x, i) - place[0], y = load_part(leaves[leaf]->y, i) - place[1],
+           z = load_part(leaves[leaf]->z, i) - place[2], w = 1.0f - per_square * (x * x + y * y + z * z);
       const auto is_near = w > 0.0f;
       x = is_near ? x : Part{}, y = is_near ? y : Part{}, z = is_near ? z : Part{}, w = is_near ? w : Part{};
       const Part wx = w * x, wy = w * y, wz = w * z;

@@ -120,6 +120,11 @@ static inline Vector loaded(const Scalar* from) {
   });
 }
 static inline Floats load(const float* from) { return loaded<Floats>(from); }
+static inline Floats::Part load_part(const float* from, std::size_t i) {
+  Floats::Part part;
+  __builtin_memcpy(&part, from + i * Floats::width, sizeof(part));
+  return part;
+}
 template <typename Scalar, typename Vector>
 static inline void store(Scalar* to, const Vector& value) {
   static_assert(sizeof(Scalar) * lanes == sizeof(Vector));
