@@ -1,5 +1,12 @@
 #include "runtime/src/kernels/kernels.hpp"
 
+#if defined(LBEA_X86_KERNELS) && !defined(__clang__) && __has_include(<sys/platform/x86.h>)
+#include <sys/platform/x86.h>  // of glibc, in C++ for GCC only: saves 4.5 kB of libgcc's code for the same
+#define LBEA_HAS(feature, name) CPU_FEATURE_ACTIVE(feature)
+#elif defined(LBEA_X86_KERNELS)
+#define LBEA_HAS(feature, name) __builtin_cpu_supports(name)
+#endif
+
 namespace lbea {
 #ifdef LBEA_X86_KERNELS
 namespace kernels_avx512 {
@@ -20,9 +27,9 @@ struct Choice {
   Choice() noexcept {
     std::size_t count = 0;
 #ifdef LBEA_X86_KERNELS
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
+    if (LBEA_HAS(AVX512F, "avx512f") && LBEA_HAS(AVX512DQ, "avx512dq") && LBEA_HAS(AVX512BW, "avx512bw"))
       found[count++] = &kernels_avx512::table;
-    if (__builtin_cpu_supports("avx2")) found[count++] = &kernels_avx2::table;
+    if (LBEA_HAS(AVX2, "avx2")) found[count++] = &kernels_avx2::table;
 #endif
     found[count] = &kernels_baseline::table;
   }
