@@ -62,6 +62,7 @@ struct MatchTask {
 /// A bound of the rounding error of distances.
 struct Tolerance {
   double absolute, relative;
+  double missed = 0;  // how much nearer a sample may be that was not found, as a share; 0: the search is exact
   [[nodiscard]] double of(double distance) const { return absolute + relative * distance; }
 };
 

@@ -1,7 +1,5 @@
 #include "runtime/src/depth/image_comparison.hpp"
 
-#include <functional>
-
 namespace lbea {
 
 CellPrices prices_of(const DepthMetric& metric, const DepthCamera& camera) noexcept {
@@ -199,60 +197,6 @@ void Surroundings::limit(std::span<float> observed) noexcept {
     }
     float* const depths = &observed[row * columns];
     for (std::size_t c = 0; c < columns; ++c) depths[c] = near[c] != 0 ? depths[c] : not_observed;
-  }
-}
-
-ThinnedImages::ThinnedImages(const DepthImages& images)
-    : code_(kernels()),
-      samples_(static_cast<std::uint32_t>(images.depths.size() / padded_cells(images.camera))),
-      cells_(thinned_cells(images)),
-      observed_(padded_cells(cells_.size()), not_observed),
-      lines_(observed_.size(), prices_of(images.metric, images.camera)) {
-  const std::size_t stride = observed_.size();
-  if (cells_.empty() || samples_ * stride * sizeof(std::uint16_t) > most_bytes) return;
-  depths_ = std::vector(samples_ * stride, empty_cell);
-  for (std::size_t s = 0; s < samples_; ++s)
-    std::ranges::transform(cells_, &depths_[s * stride], [image = images.of_sample(s)](auto c) { return image[c]; });
-}
-
-std::vector<std::uint32_t> thinned_cells(const DepthImages& images) {
-  constexpr std::uint32_t every = 4;
-  const std::size_t stride = padded_cells(images.camera);
-  std::vector<std::uint16_t> filled(stride);
-  for (std::size_t s = 0; s < images.depths.size() / stride; ++s)
-    std::ranges::transform(images.of_sample(s), filled, filled.begin(), std::bit_or<>());
-  std::vector<std::uint32_t> cells;
-  for (std::uint32_t row = every / 2; row < images.camera.rows; row += every)
-    for (std::uint32_t column = every / 2; column < images.camera.columns; column += every)
-      if (const std::uint32_t cell = row * images.camera.columns + column; filled[cell] != 0) cells.push_back(cell);
-  return cells;
-}
-
-void ThinnedImages::set_frame(std::span<const float> observed) noexcept {
-  std::ranges::transform(cells_, observed_.begin(), [&](std::uint32_t c) { return observed[c]; });
-  lines_.set_frame(observed_);
-}
-
-LineSums ThinnedImages::compare(std::uint32_t sample) const noexcept {
-  const std::size_t stride = observed_.size(), next = std::min(sample + 1, samples_ - 1);
-  return lines_.compare(code_, &depths_[sample * stride], std::numeric_limits<float>::infinity(),
-                        &depths_[next * stride]);
-}
-
-void ThinnedImages::propose(std::span<const float> observed, SelectedSamples& best) noexcept {
-  set_frame(observed);
-  best.clear();
-  for (std::uint32_t s = 0; s < samples_; ++s) best.offer(s, lines_.observed_mean(compare(s)));
-}
-
-void ThinnedImages::propose(std::span<const float> observed, BestSamples& best, SelectedSamples& by_whole) noexcept {
-  set_frame(observed);
-  best.clear();
-  by_whole.clear();
-  for (std::uint32_t s = 0; s < samples_; ++s) {
-    const LineSums sums = compare(s);
-    best.offer(s, lines_.observed_mean(sums));
-    by_whole.offer(s, sums.squares / std::max(sums.filled, 1.0f));
   }
 }
 

@@ -75,39 +75,6 @@ float tolerant_residuals(const Kernels& code, const DepthCamera& camera, const C
 [[nodiscard]] float share_after_interpolation(const Kernels& code, std::span<const float> a,
                                               std::span<const float> b) noexcept;
 
-/// Every fourth cell of rows and columns that any sample fills.
-[[nodiscard]] std::vector<std::uint32_t> thinned_cells(const DepthImages& images);
-
-/// Compares samples by these cells of their images.
-class ThinnedImages {
- public:
-  /// Copies the cells of all samples, unless that needs more than `most_bytes`; allocates all memory.
-  explicit ThinnedImages(const DepthImages& images);
-  [[nodiscard]] bool empty() const noexcept { return depths_.empty(); }
-  /// Finds the best of all samples. observed: padded_cells() depths in steps. Does not allocate.
-  void propose(std::span<const float> observed, SelectedSamples& best) noexcept;
-  /// The same, and the best ones by the whole frame, of which cells that are not_observed are empty.
-  void propose(std::span<const float> observed, BestSamples& best, SelectedSamples& by_whole) noexcept;
-  /// Calls visit(sample, mean square) with every sample. Does not allocate.
-  template <class Visit>
-  void compare_all(std::span<const float> observed, const Visit& visit) noexcept {
-    set_frame(observed);
-    for (std::uint32_t s = 0; s < samples_; ++s) visit(s, lines_.observed_mean(compare(s)));
-  }
-
- private:
-  static constexpr std::size_t most_bytes = std::size_t{256} << 20;
-  void set_frame(std::span<const float> observed) noexcept;
-  [[nodiscard]] LineSums compare(std::uint32_t sample) const noexcept;
-
-  const Kernels& code_;
-  std::uint32_t samples_;
-  std::vector<std::uint32_t> cells_;   // the chosen ones
-  std::vector<std::uint16_t> depths_;  // samples x padded chosen cells
-  std::vector<float> observed_;        // padded chosen cells
-  LineComparison lines_;
-};
-
 /// Per cell of common, padded_cells(): 0 where the image of any of the samples is empty. depths: of all samples.
 void find_common(std::span<const std::uint16_t> depths, std::span<const RankedSample> samples,
                  std::span<std::uint16_t> common) noexcept;

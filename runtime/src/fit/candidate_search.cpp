@@ -127,7 +127,7 @@ double CandidateSearch::earliest_explaining(float most) noexcept {
   const auto since_impact = [this](std::uint32_t sample) { return model_.sample_times[sample] - times_.impact_s; };
   std::array<RankedSample, parts> best;
   best.fill({0, std::numeric_limits<float>::infinity()});
-  thinned_.compare_all(limited_, [&](std::uint32_t sample, float mean) {
+  thinned_.visit_compared([&](std::uint32_t sample, float mean) {
     const double part = since_impact(sample) / times_.late_s() * parts;
     if (!(part >= 0 && part < parts)) return;
     RankedSample& one = best[static_cast<std::size_t>(part)];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "runtime/src/depth/depth_ranking.hpp"
+#include "runtime/src/depth/thinned_images.hpp"
 
 #include <lbea/lbea.hpp>
 

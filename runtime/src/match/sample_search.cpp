@@ -47,30 +47,26 @@ void project(std::span<const float> projection, const Positions& positions, Posi
 
 void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
   constexpr float farthest = std::numeric_limits<float>::max();
-  const auto is_before = [&](const RankedSample& other) {
-    return distance < other.distance || (distance == other.distance && sample < other.sample);
-  };
-  if (!(distance <= farthest)) distance = farthest;
-  if (size_ == ranked_.size() && !is_before(ranked_.back())) return;
+  const RankedSample one{sample, distance <= farthest ? distance : farthest};
+  if (size_ == ranked_.size() && !is_before(one, ranked_.back())) return;
   if (size_ < ranked_.size()) ++size_;
   std::size_t place = size_ - 1;
-  for (; place > 0 && is_before(ranked_[place - 1]); --place) ranked_[place] = ranked_[place - 1];
-  ranked_[place] = {sample, distance};
+  for (; place > 0 && is_before(one, ranked_[place - 1]); --place) ranked_[place] = ranked_[place - 1];
+  ranked_[place] = one;
 }
 
-void SelectedSamples::put_first(std::size_t count) noexcept {
-  const auto begin = kept_.begin(), end = begin + static_cast<std::ptrdiff_t>(size_);
-  std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(count - 1), end, is_before);
+void put_nearest_first(std::span<RankedSample> samples, std::size_t count) noexcept {
+  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(count - 1), samples.end(), is_before);
 }
 
 void SelectedSamples::select() noexcept {
-  put_first(capacity_);
+  put_nearest_first(std::span(kept_).first(size_), capacity_);
   size_ = capacity_;
 }
 
 std::span<const RankedSample> SelectedSamples::selected(std::size_t first) noexcept {
   if (size_ > capacity_) select();
-  if (first > 0 && first < size_) put_first(first);
+  if (first > 0 && first < size_) put_nearest_first(std::span(kept_).first(size_), first);
   return std::span(kept_).first(size_);
 }
 

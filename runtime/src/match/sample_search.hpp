@@ -13,6 +13,9 @@ struct RankedSample {
   std::uint32_t sample = 0;
   float distance = 0;
 };
+[[nodiscard]] inline bool is_before(const RankedSample& a, const RankedSample& b) noexcept {
+  return a.distance < b.distance || (a.distance == b.distance && a.sample < b.sample);
+}
 
 /// The k least distances offered so far, ascending; ties go to the lower index. A distance that is not finite counts as
 /// the largest float.
@@ -33,6 +36,9 @@ class BestSamples {
   std::size_t size_ = 0;
 };
 
+/// Moves the `count` least distances to the front, in any order; ties go to the lower index.
+void put_nearest_first(std::span<RankedSample> samples, std::size_t count) noexcept;
+
 /// The same k samples without their order, which takes less time for hundreds of them.
 class SelectedSamples {
  public:
@@ -49,12 +55,8 @@ class SelectedSamples {
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
 
  private:
-  static bool is_before(const RankedSample& a, const RankedSample& b) noexcept {
-    return a.distance < b.distance || (a.distance == b.distance && a.sample < b.sample);
-  }
   /// Keeps the best ones; the farthest of them is the last one.
   void select() noexcept;
-  void put_first(std::size_t count) noexcept;
 
   std::size_t capacity_, size_ = 0;
   std::vector<RankedSample> kept_;  // from capacity_ on: since the last selection

@@ -132,7 +132,9 @@ Mismatch FitCheck::wrong_proposal(const FitAnswer& answer) const {
   std::ranges::sort(proposed, {}, &RankedSample::distance);
   // They are compared in whole units: each cost differs by less than two of these.
   const double unit = std::max(1.0, 2.0 * double{std::max(prices.cap, prices.one_sided)} / ShortPrices::most);
-  return wrong_ranking(proposed, distances, proposals_, {2 * unit, static_cast<double>(cells.size()) * float_rounding});
+  const double missed = distances.size() > ThinnedImages::most_compared ? 0.1 : 0;
+  return wrong_ranking(proposed, distances, proposals_,
+                       {2 * unit, static_cast<double>(cells.size()) * float_rounding, missed});
 }
 
 // By the depth image of the answer. What all candidates fill and the frame does not counts as hidden: the candidates

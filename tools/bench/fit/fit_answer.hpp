@@ -1,7 +1,7 @@
 // The check of method fit for one frame by plain loops in double precision.
 #pragma once
 
-#include "runtime/src/depth/image_comparison.hpp"
+#include "runtime/src/depth/thinned_images.hpp"
 #include "tools/bench/answer.hpp"
 
 namespace lbea::tool::bench {

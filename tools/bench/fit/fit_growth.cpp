@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace lbea::tool::bench {
 namespace {
@@ -131,9 +132,31 @@ std::vector<std::vector<float>> images_of(const Model& model, std::span<const Be
   return images;
 }
 
+/// Each repetition of a sample is moved by up to 10 mm along the line of sight, and tilted by as much about both axes
+/// of the image.
 std::vector<std::uint16_t> repeated_images(const DepthImages& images, std::size_t samples) {
-  std::vector<std::uint16_t> depths(samples * padded_cells(images.camera));
-  for (std::size_t i = 0; i < depths.size(); ++i) depths[i] = images.depths[i % images.depths.size()];
+  const DepthCamera& camera = images.camera;
+  const std::size_t stride = padded_cells(camera), different = images.depths.size() / stride;
+  std::vector<std::uint16_t> depths(samples * stride, empty_cell);
+  std::mt19937 random;
+  const float most = images.metric.cap / 4 / camera.depth_step;
+  std::uniform_real_distribution<float> steps(-most, most);
+  for (std::size_t s = 0; s < samples; ++s) {
+    const bool is_moved = s >= different;
+    const float shift = is_moved ? steps(random) : 0, by_column = is_moved ? steps(random) : 0,
+                by_row = is_moved ? steps(random) : 0;
+    const auto image = images.of_sample(s % different);
+    for (std::size_t cell = 0; cell < camera.cells(); ++cell) {
+      if (image[cell] == empty_cell) continue;
+      const auto place = [](std::size_t i, std::uint32_t count) {
+        return static_cast<float>(i) / static_cast<float>(count) - 0.5f;
+      };
+      const float depth = static_cast<float>(image[cell]) + shift +
+                          by_column * place(cell % camera.columns, camera.columns) +
+                          by_row * place(cell / camera.columns, camera.rows);
+      depths[s * stride + cell] = static_cast<std::uint16_t>(std::clamp(depth, 1.0f, 65'535.0f));
+    }
+  }
   return depths;
 }
 
@@ -179,7 +202,7 @@ std::vector<GrowthRow> growth_of_proposals(const Model& model, std::span<const B
   const std::vector<std::uint32_t> cells = thinned_cells(images);
   const std::vector<std::vector<float>> frames = images_of(model, clouds, T_reference_sensor);
   std::vector<GrowthRow> rows;
-  for (const std::uint32_t samples : {300u, 1'000u, 3'000u, 10'000u, 30'000u}) {
+  for (const std::uint32_t samples : {300u, 1'000u, 3'000u, 10'000u, 30'000u, 100'000u, 300'000u, 1'000'000u}) {
     DepthImages repeated = images;
     const std::vector<std::uint16_t> depths = repeated_images(images, samples);
     repeated.depths = depths;
@@ -191,12 +214,14 @@ std::vector<GrowthRow> growth_of_proposals(const Model& model, std::span<const B
       const std::vector<float>& frame = frames[i % frames.size()];
       float least = std::numeric_limits<float>::infinity();
       product_us.push_back(processor_us([&] { thinned.propose(frame, best, selected); }));
+      if (i >= frames.size()) continue;  // minutes, of a million samples
       plain_us.push_back(processor_us([&] { least = least_plainly(cells, frame, repeated, prices); }));
-      constexpr float rounding = 2;  // steps: whole ones are compared
-      if (!(std::abs(std::sqrt(best.ranked()[0].distance) - std::sqrt(least)) <= rounding))
-        throw Error(Status::bad_input, std::to_string(samples) + " samples: the least thinned mean square is " +
-                                           std::to_string(best.ranked()[0].distance) + ", should be " +
-                                           std::to_string(least));
+      // Whole steps are compared. Of many samples, nearly the best ones are found.
+      const double found = std::sqrt(best.ranked()[0].distance), exact = std::sqrt(least);
+      const double most = 2 + (samples > ThinnedImages::most_compared ? 1.1 : 1) * exact;
+      if (!(found >= exact - 2 && found <= most))
+        throw Error(Status::bad_input, std::to_string(samples) + " samples: the least thinned root mean square is " +
+                                           std::to_string(found) + ", should be " + std::to_string(exact));
     }
     rows.push_back({samples, "proposals by thinned images", statistics_of(product_us)});
     rows.push_back({samples, "plain loop", statistics_of(plain_us)});

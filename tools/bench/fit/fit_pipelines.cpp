@@ -1,5 +1,5 @@
 // Method fit: the product, and the same written plainly with libraries.
-#include "runtime/src/depth/image_comparison.hpp"
+#include "runtime/src/depth/thinned_images.hpp"
 #include "runtime/src/fit/surface_fit.hpp"
 #include "tools/bench/nanoflann_pipeline.hpp"
 
