@@ -145,10 +145,10 @@ void SectionReader::check_entry(const SectionEntry& entry, std::uint64_t expecte
 
 SectionContent SectionReader::check_content(const SectionEntry& entry, const Release& release) const {
   const auto id = static_cast<SectionId>(entry.id);
-  if (title(id) == "unknown") return {};
+  const auto type =
+      title(id) == "unknown" ? format::ElementType::u8 : static_cast<format::ElementType>(entry.element_type);
   const SectionContent content =
-      content_of(image_.subspan(entry.offset, entry.length), static_cast<format::ElementType>(entry.element_type),
-                 is_cold(entry) ? release : Release());
+      content_of(image_.subspan(entry.offset, entry.length), type, is_cold(entry) ? release : Release());
   if (content.checksum != entry.checksum) fail(id, entry.part, "checksum does not match");
   return content;
 }

@@ -90,6 +90,22 @@ TEST_CASE("headers that pass their checksum are still not believed") {
   CHECK(with([](auto&) {}) == Status::ok);
 }
 
+namespace {
+
+/// Its checksum is that of before.
+Status status_with_unknown_section_changed(AlignedBytes bytes) {
+  std::uint64_t place = 0;
+  forge(bytes.span(), format::SectionId::correspondence, [&](format::SectionEntry& entry, auto) {
+    entry.id = 0x9000;
+    place = entry.offset;
+  });
+  REQUIRE(status_of(bytes.span()) == Status::ok);
+  bytes.span()[place] ^= std::byte{1};
+  return status_of(bytes.span());
+}
+
+}  // namespace
+
 TEST_CASE("directories and sections with fitting checksums are still not believed") {
   using format::SectionId;
   const AlignedBytes original = small_model();
@@ -115,6 +131,7 @@ TEST_CASE("directories and sections with fitting checksums are still not believe
   CHECK(entry(SectionId::mass, [](auto& e) { e.id = 31; }) == Status::corrupt_model);  // then out of order
   CHECK(entry(SectionId::correspondence, [](auto& e) { e.id = 99; }) == Status::unsupported_version);
   CHECK(entry(SectionId::correspondence, [](auto& e) { e.id = 0x9000; }) == Status::ok);  // optional, unknown: ignored
+  CHECK(status_with_unknown_section_changed(original) == Status::corrupt_model);
 
   constexpr std::uint32_t huge = 0xffff'ffff;
   const float infinity = std::numeric_limits<float>::infinity();
