@@ -3,6 +3,7 @@
 #include "runtime/src/model/section_reader.hpp"
 
 #include <cstring>
+#include <initializer_list>
 
 namespace lbea {
 namespace {
@@ -22,6 +23,11 @@ class ViewSections {
     return sections_.content(id, rig_);
   }
   [[noreturn]] void fail(format::SectionId id, const std::string& what) const { sections_.fail(id, rig_, what); }
+  /// Of sections that exist only beside `other`, which the rig does not have.
+  void expect_none(std::initializer_list<format::SectionId> ids, format::SectionId other) const {
+    for (const format::SectionId id : ids)
+      if (find(id) != nullptr) fail(id, "there is no section " + std::to_string(static_cast<std::uint32_t>(other)));
+  }
 
  private:
   const SectionReader& sections_;
@@ -67,7 +73,10 @@ format::DepthCameraWords camera_words(const ViewSections& sections, const DepthM
 
 void read_regression(const ViewSections& sections, std::uint64_t samples, DepthImages& images) {
   using format::SectionId;
-  if (sections.find(SectionId::regression_numbers) == nullptr) return;
+  if (sections.find(SectionId::regression_numbers) == nullptr)
+    return sections.expect_none({SectionId::regression_basis, SectionId::regression_images,
+                                 SectionId::regression_weights, SectionId::regression_shapes},
+                                SectionId::regression_numbers);
   ShapeRegression& regression = images.regression;
   const auto numbers = sections.required<double>(SectionId::regression_numbers, {5, 1, 1});
   constexpr std::uint64_t k = ShapeRegression::image_scores, shape_scores = ShapeRegression::shape_scores;
@@ -200,7 +209,11 @@ std::shared_ptr<const DepthImages> read_depth_images(const SectionReader& reader
                                                      std::string_view length_unit, std::uint32_t rig) {
   using format::SectionId;
   const ViewSections sections(reader, rig);
-  if (sections.find(SectionId::view_camera) == nullptr) return nullptr;
+  if (sections.find(SectionId::view_camera) == nullptr) {
+    sections.expect_none({SectionId::view_size, SectionId::view_depths, SectionId::regression_shapes},
+                         SectionId::view_camera);
+    return nullptr;
+  }
   const DepthMetric usual = DepthMetric{}.in(length_unit);
   const format::DepthCameraWords words = camera_words(sections, usual);
   const auto size = sections.required<std::uint32_t>(SectionId::view_size, {2, 1, 1});

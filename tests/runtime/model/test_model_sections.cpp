@@ -65,6 +65,18 @@ TEST_CASE("views: cameras and expectations that cannot be are refused") {
   CHECK(status_of(blind.span()) == Status::corrupt_model);
 }
 
+// Such models were opened; matching by fit, or forecasting, read images and shapes that did not exist.
+TEST_CASE("views: a rig has all sections of its images and of the regression, or none") {
+  const AlignedBytes learned = seen_plates_model(3, 3);
+  for (const SectionId id : {SectionId::view_camera, SectionId::view_size, SectionId::view_depths,
+                             SectionId::regression_numbers, SectionId::regression_basis, SectionId::regression_images,
+                             SectionId::regression_weights, SectionId::regression_shapes}) {
+    AlignedBytes lacking = learned;
+    forge(lacking.span(), id, [](format::SectionEntry& entry, auto) { entry.part = 9; });  // of a rig without others
+    CHECK(status_of(lacking.span()) == Status::corrupt_model);
+  }
+}
+
 TEST_CASE("a regression whose numbers cannot be is refused") {
   const AlignedBytes model = seen_plates_model(3, 3);
   REQUIRE(status_of(model.span()) == Status::ok);
