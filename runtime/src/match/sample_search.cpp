@@ -55,6 +55,7 @@ void BestSamples::offer(std::uint32_t sample, float distance) noexcept {
   ranked_[place] = one;
 }
 
+[[gnu::cold]]  // compiled for size
 void put_nearest_first(std::span<RankedSample> samples, std::size_t count) noexcept {
   std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(count - 1), samples.end(), is_before);
 }
