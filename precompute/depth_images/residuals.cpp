@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
 
 namespace lbea::bake {
 namespace {
@@ -22,27 +22,32 @@ double robust_limit(const std::vector<double>& values, double deviations) {
   return center + deviations * normal * median(apart);
 }
 
+std::uint32_t step_of(const LeftOut& answer) { return answer.sample.time_step; }
+
 }  // namespace
 
-ExpectedResiduals::ExpectedResiduals(std::span<const LeftOut> answers) {
-  std::uint32_t last = 0;
-  for (const LeftOut& answer : answers) last = std::max(last, answer.sample.time_step);
-  const std::size_t fewest = std::min<std::size_t>(5, answers.size());
-  for (std::uint32_t step = 0; step <= last; ++step) {
-    std::vector<double> near;
-    for (std::uint32_t reach = 0; near.size() < fewest && reach <= last; ++reach) {
-      near.clear();
-      for (const LeftOut& answer : answers) {
-        const std::uint32_t other = answer.sample.time_step;
-        if (std::max(other, step) - std::min(other, step) <= reach) near.push_back(double{answer.mean_square});
-      }
-    }
-    by_step_.push_back(near.empty() ? 0.0f : static_cast<float>(std::sqrt(median(near))));
-  }
+ExpectedResiduals::ExpectedResiduals(std::span<const LeftOut> answers) : answers_(answers.begin(), answers.end()) {
+  std::ranges::stable_sort(answers_, {}, step_of);
 }
 
 float ExpectedResiduals::at(std::uint32_t time_step) const {
-  return by_step_.empty() ? 0.0f : by_step_[std::min<std::size_t>(time_step, by_step_.size() - 1)];
+  if (answers_.empty()) return 0;
+  const auto apart = [time_step](const LeftOut& answer) {
+    return std::max(step_of(answer), time_step) - std::min(step_of(answer), time_step);
+  };
+  auto first = std::ranges::lower_bound(answers_, time_step, {}, step_of), end = first;
+  std::uint32_t reach = 0;  // time steps, to the fifth nearest answer
+  for (std::size_t near = 0; near < std::min<std::size_t>(5, answers_.size()); ++near) {
+    const bool is_later =
+        first == answers_.begin() || (end != answers_.end() && apart(*end) < apart(*std::prev(first)));
+    reach = apart(is_later ? *end++ : *--first);
+  }
+  while (first != answers_.begin() && apart(*std::prev(first)) <= reach) --first;
+  while (end != answers_.end() && apart(*end) <= reach) ++end;
+  std::vector<double> near;
+  std::transform(first, end, std::back_inserter(near),
+                 [](const LeftOut& answer) { return double{answer.mean_square}; });
+  return static_cast<float>(std::sqrt(median(std::move(near))));
 }
 
 MisfitLimits misfit_limits(std::span<const LeftOut> answers, const ExpectedResiduals& expected, float mesh_noise) {

@@ -22,7 +22,7 @@ class ExpectedResiduals {
   [[nodiscard]] float at(std::uint32_t time_step) const;
 
  private:
-  std::vector<float> by_step_;
+  std::vector<LeftOut> answers_;  // by time step
 };
 
 /// Ratios of residual to expected residual beyond which no simulation fits.

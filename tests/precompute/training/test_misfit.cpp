@@ -23,6 +23,18 @@ TEST_CASE("the expected residual is the median of its time step, robust against 
   CHECK(expected.at(100) == expected.at(5));
 }
 
+// A table for every step up to the last one took minutes to make, and without end for this one.
+TEST_CASE("time steps may be far apart") {
+  constexpr std::uint32_t last = 0xffff'ffff;
+  std::vector<LeftOut> answers;
+  for (const std::uint32_t step : {0u, 3u, last})
+    for (std::uint32_t simulation = 0; simulation < 5; ++simulation) answers.push_back({{simulation, step}, 4});
+  answers.push_back({{5, last}, 9});
+  answers.push_back({{6, last}, 9});
+  const ExpectedResiduals expected(answers);
+  for (const std::uint32_t step : {0u, 1u, 1'000u, last - 1, last}) CHECK(expected.at(step) == 2);
+}
+
 TEST_CASE("the limit is exceeded by one in a thousand log-normal misfits") {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
