@@ -1,11 +1,11 @@
 // How a bake runs, what it reports while it runs, and what it returns.
 #pragma once
 
+#include "precompute/parallel.hpp"
 #include "precompute/rig/depth_renderer.hpp"
 #include "precompute/survey/common_mesh.hpp"
 
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <mutex>
 
@@ -27,14 +27,11 @@ struct BakeOptions {
   DepthRendering depth_renderer;  // not set: a model without depth images
   std::vector<DepthRendering> more_depth_renderers;
   std::function<void(const BakeProgress&)> progress;  // called from any thread, one call at a time
-  std::function<bool()> cancelled;                    // called after every state; true ends the bake with BakeCancelled
+  std::function<bool()> cancelled;                    // called from any thread; true ends the bake with BakeCancelled
   bool verifies_finished = false;  // a shard checks the bytes of finished files, and makes damaged ones again
   bool leaves_out_broken = false;  // runs that cannot be read are left out and named; false: they end the bake
-};
 
-/// Requested by the caller, not a failure. No model is written.
-struct BakeCancelled : std::exception {
-  [[nodiscard]] const char* what() const noexcept override { return "the bake was cancelled; no model was written"; }
+  [[nodiscard]] Workers workers() const { return {threads, cancelled}; }
 };
 
 /// Reports the progress of one stage and checks for cancellation. Thread-safe.
@@ -44,9 +41,7 @@ class Stage {
       : options_(options), progress_{name, 0, total} {}
 
   /// Throws BakeCancelled.
-  void check() const {
-    if (options_.cancelled && options_.cancelled()) throw BakeCancelled();
-  }
+  void check() const { options_.workers().check(); }
   void step() {
     const std::lock_guard lock(mutex_);
     ++progress_.done;

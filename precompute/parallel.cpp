@@ -24,7 +24,7 @@ struct Failure {
 };
 }  // namespace
 
-void work_in_parallel(std::size_t count, unsigned threads,
+void work_in_parallel(std::size_t count, const Workers& workers,
                       const std::function<void(const std::function<std::size_t()>& next)>& worker) {
   std::atomic<std::size_t> jobs_given{0};
   std::atomic<bool> stopped{false};
@@ -32,6 +32,7 @@ void work_in_parallel(std::size_t count, unsigned threads,
   const auto work = [&] {
     std::size_t job = count;
     const auto next = [&] {
+      workers.check();
       job = stopped ? count : std::min(jobs_given.fetch_add(1), count);
       return job;
     };
@@ -42,7 +43,7 @@ void work_in_parallel(std::size_t count, unsigned threads,
       failure.keep_lowest(job, std::current_exception());
     }
   };
-  const std::size_t processors = threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t processors = workers.threads > 0 ? workers.threads : std::max(1u, std::thread::hardware_concurrency());
   {
     std::vector<std::jthread> others;
     for (std::size_t i = 1; i < std::min(processors, count); ++i) others.emplace_back(work);

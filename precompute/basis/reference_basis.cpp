@@ -120,7 +120,7 @@ void solve_bases(const WorkFolder& work, BakePlan& plan, const Reference& refere
   const CommonMesh& mesh = plan.survey.mesh;
   plan.bases.resize(reference.states.size());
   Stage stage(options, "bases", reference.states.size());
-  work_in_parallel(reference.states.size(), options.threads, [&](const auto& next) {
+  work_in_parallel(reference.states.size(), options.workers(), [&](const auto& next) {
     for (std::size_t i = next(); i < reference.states.size(); i = next()) {
       stage.check();
       const double time_s = reference.states[i].time_s;

@@ -1,7 +1,6 @@
 #include "precompute/depth_images/learned_bounds.hpp"
 
 #include "precompute/left_out/branches.hpp"
-#include "precompute/parallel.hpp"
 #include "runtime/src/numbers/elementary.hpp"
 #include "runtime/src/track/inference.hpp"
 
@@ -25,9 +24,9 @@ std::map<std::uint32_t, double> frames_by_run(std::span<const FrameErrors> frame
 class SampleTable {
  public:
   /// number: 0, or 1 + field. samples: ascending. Reads each of them once.
-  SampleTable(const SampleSource& source, std::size_t number, std::vector<std::size_t> samples, unsigned threads)
+  SampleTable(const SampleSource& source, std::size_t number, std::vector<std::size_t> samples, const Workers& workers)
       : source_(source), number_(number), samples_(std::move(samples)), rows_(samples_.size()) {
-    work_in_parallel(samples_.size(), threads, [&](const auto& next) {
+    work_in_parallel(samples_.size(), workers, [&](const auto& next) {
       std::vector<float> row(number_ == 0 ? 3 * source_.nodes : source_.elements);
       for (std::size_t i = next(); i < samples_.size(); i = next()) rows_[i] = read(samples_[i], row);
     });
@@ -227,10 +226,10 @@ double weighted_quantile(std::vector<WeightedValue> values, double share) {
 }
 
 std::vector<SpreadBound> learn_bounds(const SampleSource& source, const LeftOutEstimates& whole,
-                                      const LeftOutEstimates& hidden, unsigned threads) {
+                                      const LeftOutEstimates& hidden, const Workers& workers) {
   std::vector<SpreadBound> bounds;
   for (std::size_t number = 0; number <= source.fields; ++number) {
-    const SampleTable table(source, number, samples_of({whole.frames, hidden.frames}), threads);
+    const SampleTable table(source, number, samples_of({whole.frames, hidden.frames}), workers);
     ComparedFrames of_whole = compare(table, whole), of_hidden = compare(table, hidden);
     for (ComparedFrames* kind : {&of_whole, &of_hidden}) remove_constant(kind->frames);
     bounds.push_back(narrowest_bound(of_whole, of_hidden));

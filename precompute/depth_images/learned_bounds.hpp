@@ -2,6 +2,7 @@
 #pragma once
 
 #include "precompute/left_out/left_out_fitter.hpp"
+#include "precompute/parallel.hpp"
 
 #include <vector>
 
@@ -34,6 +35,6 @@ struct WeightedValue {
 /// Of node positions, then of each field: the share with the narrowest bounds that hold 90 % of the true values of
 /// either kind of frames.
 [[nodiscard]] std::vector<SpreadBound> learn_bounds(const SampleSource& source, const LeftOutEstimates& whole,
-                                                    const LeftOutEstimates& hidden, unsigned threads);
+                                                    const LeftOutEstimates& hidden, const Workers& workers);
 
 }  // namespace lbea::bake

@@ -61,7 +61,7 @@ struct TestFrames {
 /// without it. Returns its predictions for the whole frames, for the hidden ones, then for those of the tests.
 Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& whole, const LeftOutTests& hidden,
                              const TestFrames& tests, std::span<const FrameErrors> of_whole,
-                             std::span<const FrameErrors> of_hidden, const DepthMetric& metric, unsigned threads,
+                             std::span<const FrameErrors> of_hidden, const DepthMetric& metric, const Workers& workers,
                              TrainedShapes& trained) {
   ShapeTraining training(source, metric);
   std::vector<CompletedFrame> completed;
@@ -72,7 +72,7 @@ Eigen::MatrixXd train_shapes(const SampleSource& source, const LeftOutTests& who
   for (std::size_t i = 0; i < tests.seen.frames().size(); ++i)
     completed.push_back({tests.seen.frames().sample(i), tests.seen.frames().observed(i)});
   add_completed(tests.hidden, tests.of_hidden);
-  Eigen::MatrixXd predicted = training.predict_left_out(whole.frames(), threads, completed);
+  Eigen::MatrixXd predicted = training.predict_left_out(whole.frames(), workers, completed);
   const auto blend = [&](const LeftOutTests& of, std::span<const FrameErrors> errors, const auto& rows) {
     Eigen::MatrixXd truth(rows.rows(), rows.cols());
     for (std::size_t i = 0; i < errors.size(); ++i)
@@ -134,11 +134,11 @@ void append(std::vector<FrameErrors>& to, const std::vector<FrameErrors>& more) 
 }
 
 /// Of samples as frames: the residual that the best sample of the other simulations leaves.
-std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthMetric& metric, unsigned threads) {
+std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthMetric& metric, const Workers& workers) {
   const DepthCamera& camera = source.camera;
   const CellPrices prices = prices_of(metric, camera);
   const LeftOutFrames frames(source, most_compared, 0);
-  const auto best = best_of_others(source, frames, std::span(&metric, 1), 1, threads);
+  const auto best = best_of_others(source, frames, std::span(&metric, 1), 1, workers);
   std::vector<LeftOut> answers;
   std::vector<std::uint16_t> image(padded_cells(camera));
   std::vector<float> residuals(image.size());
@@ -150,8 +150,8 @@ std::vector<LeftOut> left_out_residuals(const SampleSource& source, const DepthM
   return answers;
 }
 
-void learn_limits(const SampleSource& source, unsigned threads, LearnedFit& learned) {
-  const std::vector<LeftOut> answers = left_out_residuals(source, learned.costs.metric, threads);
+void learn_limits(const SampleSource& source, const Workers& workers, LearnedFit& learned) {
+  const std::vector<LeftOut> answers = left_out_residuals(source, learned.costs.metric, workers);
   const ExpectedResiduals expected(answers);
   std::ranges::transform(source.samples, learned.expected.begin(),
                          [&](const Sample& sample) { return expected.at(sample.time_step); });
@@ -181,24 +181,24 @@ std::vector<float EstimatePrices::*> prices_in_use(const SampleSource& source, c
 }
 
 /// Learns the metric, the prices, the regression and what the tests look like.
-PublishedErrors learn_estimates(const SampleSource& source, unsigned threads, LearnedFit& learned) {
+PublishedErrors learn_estimates(const SampleSource& source, const Workers& workers, LearnedFit& learned) {
   const std::vector<DepthMetric> metrics = metrics_in(source.length_unit);
-  const LeftOutTests whole(source, metrics, most_matched, 0, threads);
-  const LeftOutTests same_hidden(source, metrics, most_matched, hidden_by_a_patch, threads);
+  const LeftOutTests whole(source, metrics, most_matched, 0, workers);
+  const LeftOutTests same_hidden(source, metrics, most_matched, hidden_by_a_patch, workers);
   const auto best = choose_metric(whole, same_hidden);
   const std::size_t metric = best.first;
   const std::vector<FrameErrors>& of_whole = best.second;
   FitCosts& costs = learned.costs;
   costs = {metrics[metric], source.prices.value_or(EstimatePrices{})};
   const std::span chosen(&metrics[metric], 1);
-  const LeftOutTests hidden(source, chosen, most_hidden, hidden_by_a_patch, threads);
+  const LeftOutTests hidden(source, chosen, most_hidden, hidden_by_a_patch, workers);
   const std::vector<FrameErrors> of_hidden = learn_hidden_price(hidden, costs);
-  const LeftOutTests seen_tests(source, chosen, samples_of_tests(source, most_tests), 0, threads);
+  const LeftOutTests seen_tests(source, chosen, samples_of_tests(source, most_tests), 0, workers);
   const LeftOutTests hidden_tests(source, chosen, samples_of_tests(source, most_hidden_tests), hidden_by_a_patch,
-                                  threads, HiddenPlace::of_run);
+                                  workers, HiddenPlace::of_run);
   const Eigen::MatrixXd predicted =
       train_shapes(source, whole, hidden, {seen_tests, hidden_tests, hidden_tests.errors(0, costs)}, of_whole,
-                   of_hidden, costs.metric, threads, learned.shapes);
+                   of_hidden, costs.metric, workers, learned.shapes);
   const ShapeRegression regression = learned.shapes.view();
   const auto rows = [&](std::size_t first, std::size_t count) {
     return predicted.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
@@ -228,14 +228,14 @@ bool is_one_simulation(std::span<const Sample> samples) {
 
 }  // namespace
 
-LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
+LearnedFit learn_fit(const SampleSource& samples, const Workers& workers) {
   const SampleSource source = with_cache(samples);
   LearnedFit learned = not_learned(source);
   if (is_one_simulation(source.samples)) {
     learned.channels.resize(source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
     return learned;
   }
-  const PublishedErrors errors = learn_estimates(source, threads, learned);
+  const PublishedErrors errors = learn_estimates(source, workers, learned);
   FramePair all = errors.tests;
   append(all[0], errors.whole);
   append(all[1], errors.hidden);
@@ -244,11 +244,11 @@ LearnedFit learn_fit(const SampleSource& samples, unsigned threads) {
   learned.hidden_error_bound = learn_error_bound(all[1], least);
   if (source.read_field)
     learned.bounds =
-        learn_bounds(source, {errors.whole, learned.error_bound}, {errors.hidden, learned.hidden_error_bound}, threads);
+        learn_bounds(source, {errors.whole, learned.error_bound}, {errors.hidden, learned.hidden_error_bound}, workers);
   learned.time_variation = time_variation(source, errors.whole);
   learn_channels(source, all, learned);
-  learned.pose = learn_pose(source, learned.costs, threads);
-  learn_limits(source, threads, learned);
+  learned.pose = learn_pose(source, learned.costs, workers);
+  learn_limits(source, workers, learned);
   return learned;
 }
 

@@ -5,6 +5,7 @@
 #include "precompute/depth_images/learned_pose.hpp"
 #include "precompute/depth_images/residuals.hpp"
 #include "precompute/depth_images/shape_training.hpp"
+#include "precompute/parallel.hpp"
 
 namespace lbea::bake {
 
@@ -33,6 +34,6 @@ struct LearnedFit {
 /// Frames with a full view and with a connected third hidden, of samples spread over the ensemble, are matched by
 /// SurfaceFitter against all other simulations. Ensembles of one simulation keep the defaults. The same input gives the
 /// same result on any number of threads.
-[[nodiscard]] LearnedFit learn_fit(const SampleSource& source, unsigned threads);
+[[nodiscard]] LearnedFit learn_fit(const SampleSource& source, const Workers& workers);
 
 }  // namespace lbea::bake

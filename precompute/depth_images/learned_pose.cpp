@@ -1,7 +1,6 @@
 #include "precompute/depth_images/learned_pose.hpp"
 
 #include "precompute/left_out/left_out_fitter.hpp"
-#include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "runtime/src/model/run_samples.hpp"
 #include "runtime/src/pose/pose_filter.hpp"
@@ -39,12 +38,12 @@ using Measured = std::vector<std::optional<PoseMeasurement>>;
 
 class LeftOutRuns {
  public:
-  LeftOutRuns(const SampleSource& source, const FitCosts& costs, unsigned threads)
+  LeftOutRuns(const SampleSource& source, const FitCosts& costs, const Workers& workers)
       : source_(source),
         costs_(costs),
-        threads_(threads),
+        workers_(workers),
         frames_(source, whole_runs(source.samples), 0),
-        best_(best_of_others(source, frames_, std::span(&costs_.metric, 1), FitSettings{}.candidates, threads)),
+        best_(best_of_others(source, frames_, std::span(&costs_.metric, 1), FitSettings{}.candidates, workers)),
         duration_(std::max(std::ranges::max(source.samples, {}, &Sample::time_step).time_step, 1u)),
         calibration_(
             calibration_variances(LeftOutFitter(source, costs, 1).center(), units_per_mm(source.length_unit))) {}
@@ -52,7 +51,7 @@ class LeftOutRuns {
   /// variance: learned before; 0: not known, and points are not measured.
   [[nodiscard]] std::vector<ApparentMotion> motions(double variance) const {
     std::vector<ApparentMotion> motions(frames_.size());
-    work_in_parallel(frames_.size(), threads_, [&](const auto& next) {
+    work_in_parallel(frames_.size(), workers_, [&](const auto& next) {
       LeftOutFitter fitter(source_, costs_, FitSettings{}.candidates, {}, variance);
       for (std::size_t i = next(); i < frames_.size(); i = next())
         motions[i] = fitter.motion({frames_, i, best_[i], false}, calibration_, variance > 0);
@@ -151,7 +150,7 @@ class LeftOutRuns {
 
   const SampleSource& source_;
   FitCosts costs_;
-  unsigned threads_;
+  Workers workers_;
   LeftOutFrames frames_;
   std::vector<BestSamples> best_;
   double duration_;  // time steps
@@ -177,8 +176,8 @@ bool is_ambiguous(std::span<const ApparentMotion> motions) {
 
 }  // namespace
 
-LearnedPose learn_pose(const SampleSource& source, const FitCosts& costs, unsigned threads) {
-  const LeftOutRuns runs(source, costs, threads);
+LearnedPose learn_pose(const SampleSource& source, const FitCosts& costs, const Workers& workers) {
+  const LeftOutRuns runs(source, costs, workers);
   const std::vector<ApparentMotion> motions = runs.motions(0);
   if (is_ambiguous(motions)) return {};
   LearnedPose learned;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "precompute/left_out/left_out_fitter.hpp"
+#include "precompute/parallel.hpp"
 
 namespace lbea::bake {
 
@@ -13,6 +14,6 @@ struct LearnedPose {
 };
 
 /// Left-out runs, whose poses are right, are matched with the other runs over their whole duration.
-[[nodiscard]] LearnedPose learn_pose(const SampleSource& source, const FitCosts& costs, unsigned threads);
+[[nodiscard]] LearnedPose learn_pose(const SampleSource& source, const FitCosts& costs, const Workers& workers);
 
 }  // namespace lbea::bake

@@ -1,7 +1,6 @@
 #include "precompute/depth_images/rendered_views.hpp"
 
 #include "precompute/depth_images/learned_fit.hpp"
-#include "precompute/parallel.hpp"
 #include "runtime/src/model/eroded_elements.hpp"
 
 #include <algorithm>
@@ -27,13 +26,13 @@ SampleSource source_of(const Model& model, const DepthCamera& camera) {
 }
 
 /// source: without images.
-SensorViews rendered_views(const Model& model, SampleSource source, const SampleRenderer& render, unsigned threads,
-                           const std::function<void(std::size_t done)>& progress) {
+SensorViews rendered_views(const Model& model, SampleSource source, const SampleRenderer& render,
+                           const Workers& workers, const std::function<void(std::size_t done)>& progress) {
   const std::size_t stride = padded_cells(source.camera);
   auto rendered = std::make_shared<RenderedImages>();
   rendered->depths.assign(model.samples() * stride, empty_cell);
   std::atomic<std::size_t> done{0};
-  work_in_parallel(model.samples(), threads, [&](const auto& next) {
+  work_in_parallel(model.samples(), workers, [&](const auto& next) {
     for (std::size_t s = next(); s < model.samples(); s = next()) {
       render(static_cast<std::uint32_t>(s), std::span(rendered->depths).subspan(s * stride, stride));
       const std::size_t now = ++done;
@@ -43,7 +42,7 @@ SensorViews rendered_views(const Model& model, SampleSource source, const Sample
   source.read_images = [&](std::size_t first, std::span<std::uint16_t> images) {
     std::copy_n(rendered->depths.begin() + static_cast<std::ptrdiff_t>(first * stride), images.size(), images.begin());
   };
-  rendered->learned = learn_fit(source, threads);
+  rendered->learned = learn_fit(source, workers);
   const LearnedFit& learned = rendered->learned;
   return SensorViews(std::make_shared<const DepthImages>(DepthImages{source.camera,
                                                                      rendered->depths,
@@ -65,7 +64,7 @@ SensorViews rendered_views(const Model& model, SampleSource source, const Sample
 
 }  // namespace
 
-SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, unsigned threads,
+SensorViews render_depth_images(const Model& model, const DepthRenderer& renderer, const Workers& workers,
                                 const std::function<void(std::size_t done)>& progress) {
   const auto render = [&](std::uint32_t sample, std::span<std::uint16_t> image) {
     renderer.render(model.node_positions(sample), present_elements(model, sample), image);
@@ -80,12 +79,12 @@ SensorViews render_depth_images(const Model& model, const DepthRenderer& rendere
   const ModelView& view = model.view();
   source.surface = surface_places(view.references.front().vertex_nodes, view.element_nodes, view.info.nodes,
                                   !view.landmark_positions.empty());
-  return rendered_views(model, std::move(source), render, threads, progress);
+  return rendered_views(model, std::move(source), render, workers, progress);
 }
 
 SensorViews render_depth_images(const Model& model, const DepthCamera& camera, const SampleRenderer& render,
-                                unsigned threads, const std::function<void(std::size_t done)>& progress) {
-  return rendered_views(model, source_of(model, camera), render, threads, progress);
+                                const Workers& workers, const std::function<void(std::size_t done)>& progress) {
+  return rendered_views(model, source_of(model, camera), render, workers, progress);
 }
 
 }  // namespace lbea::bake

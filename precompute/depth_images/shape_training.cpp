@@ -3,7 +3,6 @@
 #include "precompute/dense/symmetric_eigenpairs.hpp"
 #include "precompute/dense/symmetric_inverse.hpp"
 #include "precompute/left_out/branches.hpp"
-#include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
 
 #include <algorithm>
@@ -154,7 +153,7 @@ MatrixXd ShapeTraining::trained_shapes() const {
   return shapes;
 }
 
-MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned threads,
+MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, const Workers& workers,
                                          std::span<const CompletedFrame> completed) {
   MatrixXd images(static_cast<Index>(frames.size() + completed.size()), std::ssize(features_));
   std::vector<std::size_t> samples;
@@ -167,7 +166,7 @@ MatrixXd ShapeTraining::predict_left_out(const LeftOutFrames& frames, unsigned t
   const MatrixXd kernels = kernel(images_, images * components_);
   const MatrixXd matrix = kernel(images_, images_);
   std::array<Regression, regularizations.size()> regressions;
-  work_in_parallel(regressions.size(), threads, [&](const auto& next) {
+  work_in_parallel(regressions.size(), workers, [&](const auto& next) {
     for (std::size_t i = next(); i < regressions.size(); i = next()) {
       MatrixXd regularized = matrix;
       regularized.diagonal().array() += regularizations[i];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "precompute/left_out/left_out_frames.hpp"
+#include "precompute/parallel.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 
 #include <Eigen/Cholesky>
@@ -37,7 +38,7 @@ class ShapeTraining {
   /// Shape scores of the frames, one row each, each by a regression without the frame's simulation. Keeps the
   /// regularization with the least mean error. Then the same for the completed images, with this regularization. Takes
   /// 100 MB per thread.
-  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, unsigned threads,
+  [[nodiscard]] Eigen::MatrixXd predict_left_out(const LeftOutFrames& frames, const Workers& workers,
                                                  std::span<const CompletedFrame> completed = {});
   /// Shape scores of all samples, one row each.
   [[nodiscard]] const Eigen::MatrixXd& shapes() const noexcept { return shapes_; }

@@ -2,7 +2,6 @@
 
 #include "precompute/dense/symmetric_eigenpairs.hpp"
 #include "precompute/depth_images/learned_bounds.hpp"
-#include "precompute/parallel.hpp"
 
 #include <cmath>
 
@@ -316,7 +315,7 @@ TrainedForecast::TrainedForecast(std::size_t run_count, std::size_t parameter_co
                            LearnedForecast::most_components,
                        0.0f) {}
 
-TrainedForecast learn_forecast(const Histories& histories, unsigned threads) {
+TrainedForecast learn_forecast(const Histories& histories, const Workers& workers) {
   TrainedForecast trained(static_cast<std::size_t>(histories.shapes.rows()),
                           static_cast<std::size_t>(histories.parameters.cols()), histories.channels.size());
   if (histories.shapes.rows() < fewest_runs || histories.tests.front().shapes.rows() == 0) return trained;
@@ -327,7 +326,7 @@ TrainedForecast learn_forecast(const Histories& histories, unsigned threads) {
   std::vector<ForecastWindow> rows{{}};  // of the numbers; the first one is not a window's
   for (std::size_t first = 1; first <= LearnedForecast::nodes; ++first)
     for (std::size_t last = first; last <= LearnedForecast::nodes; ++last) rows.push_back({first, last});
-  work_in_parallel(rows.size(), threads, [&](const auto& next) {
+  work_in_parallel(rows.size(), workers, [&](const auto& next) {
     for (std::size_t row = next(); row < rows.size(); row = next())
       WindowTraining(histories, scales, row, rows[row], trained).train();
   });
@@ -335,12 +334,12 @@ TrainedForecast learn_forecast(const Histories& histories, unsigned threads) {
 }
 
 TrainedForecast learn_forecast(const SampleSource& source, const LearnedFit& fit, const MatrixXd& parameters,
-                               unsigned threads) {
+                               const Workers& workers) {
   if (fit.tests.empty())
     return TrainedForecast(LearnedForecast::trained_runs(static_cast<std::uint32_t>(parameters.rows())),
                            static_cast<std::size_t>(parameters.cols()),
                            source.channels.size() / std::max<std::size_t>(source.samples.size(), 1));
-  return learn_forecast(read_histories(source, fit, parameters), threads);
+  return learn_forecast(read_histories(source, fit, parameters), workers);
 }
 
 }  // namespace lbea::bake

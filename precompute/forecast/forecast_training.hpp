@@ -3,6 +3,7 @@
 #pragma once
 
 #include "precompute/forecast/histories.hpp"
+#include "precompute/parallel.hpp"
 
 #include <vector>
 
@@ -20,9 +21,9 @@ struct TrainedForecast {
 };
 
 /// Zeros without tests, or with fewer than four runs. The same on any number of threads.
-[[nodiscard]] TrainedForecast learn_forecast(const Histories& histories, unsigned threads);
+[[nodiscard]] TrainedForecast learn_forecast(const Histories& histories, const Workers& workers);
 /// The same of an ensemble. fit: of the source. parameters: one row per run; NaN: not given.
 [[nodiscard]] TrainedForecast learn_forecast(const SampleSource& source, const LearnedFit& fit,
-                                             const Eigen::MatrixXd& parameters, unsigned threads);
+                                             const Eigen::MatrixXd& parameters, const Workers& workers);
 
 }  // namespace lbea::bake

@@ -28,12 +28,12 @@ std::vector<std::size_t> runs_of(const Shard& shard, std::size_t runs) {
 
 /// Reads the finished files of a shard and removes damaged ones.
 void remove_damaged(const WorkFolder& work, const BakePlan& plan, const std::vector<std::size_t>& runs,
-                    unsigned threads) {
+                    const Workers& workers) {
   std::vector<WorkName> names;
   for (const std::size_t run : runs)
     for (const WorkName name : {plan.runs[run].record_name(), plan.runs[run].grid_and_images_name()})
       if (work.has(name)) names.push_back(name);
-  work_in_parallel(names.size(), threads, [&](const auto& next) {
+  work_in_parallel(names.size(), workers, [&](const auto& next) {
     for (std::size_t i = next(); i < names.size(); i = next()) {
       try {
         WorkReader file = work.reader(names[i]);
@@ -87,7 +87,7 @@ BakePlan plan_bake(const WorkFolder& work, const Ensemble& ensemble, const Ensem
 
 ShardSummary bake_shard(const WorkFolder& work, const BakePlan& plan, const Shard& shard, const BakeOptions& options) {
   const std::vector<std::size_t> share = runs_of(shard, plan.runs.size());
-  if (options.verifies_finished) remove_damaged(work, plan, share, options.threads);
+  if (options.verifies_finished) remove_damaged(work, plan, share, options.workers());
   ShardSummary summary;
   std::vector<std::size_t> unfinished;
   for (const std::size_t run : share) {

@@ -1,6 +1,5 @@
 #include "precompute/left_out/left_out_frames.hpp"
 
-#include "precompute/parallel.hpp"
 #include "precompute/rig/counter_random.hpp"
 #include "runtime/src/match/shape_landmarks.hpp"
 
@@ -212,13 +211,14 @@ LeftOutFrames::LeftOutFrames(const SampleSource& source, std::vector<std::size_t
 }
 
 std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
-                                        std::span<const DepthMetric> metrics, std::uint32_t most, unsigned threads) {
+                                        std::span<const DepthMetric> metrics, std::uint32_t most,
+                                        const Workers& workers) {
   const std::size_t stride = padded_cells(source.camera), samples = source.samples.size();
   const BlockComparison comparison(source, frames, metrics);
   const std::vector<BestSamples> none(frames.size() * metrics.size(), BestSamples(most));
   std::vector<BestSamples> best = none;
   std::mutex mutex;
-  work_in_parallel((samples + block - 1) / block, threads, [&](const auto& next) {
+  work_in_parallel((samples + block - 1) / block, workers, [&](const auto& next) {
     std::vector<BestSamples> mine = none;
     std::vector<std::uint16_t> images;
     for (std::size_t b = next(); b * block < samples; b = next()) {

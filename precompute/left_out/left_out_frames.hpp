@@ -1,6 +1,7 @@
 // Samples used as frames of an experiment, and compared with the samples of all other simulations.
 #pragma once
 
+#include "precompute/parallel.hpp"
 #include "precompute/rig/depth_renderer.hpp"
 #include "runtime/src/depth/image_comparison.hpp"
 #include "runtime/src/match/cloud_index.hpp"
@@ -82,6 +83,6 @@ class LeftOutFrames {
 /// does not grow with their number.
 [[nodiscard]] std::vector<BestSamples> best_of_others(const SampleSource& source, const LeftOutFrames& frames,
                                                       std::span<const DepthMetric> metrics, std::uint32_t most,
-                                                      unsigned threads);
+                                                      const Workers& workers);
 
 }  // namespace lbea::bake

@@ -1,6 +1,5 @@
 #include "precompute/left_out/left_out_tests.hpp"
 
-#include "precompute/parallel.hpp"
 #include "runtime/src/forecast/learned_forecast.hpp"
 #include "runtime/src/model/run_samples.hpp"
 
@@ -52,26 +51,26 @@ double significance(std::span<const double> errors, std::span<const double> othe
 }  // namespace
 
 LeftOutTests::LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics,
-                           std::vector<std::size_t> samples, double hidden, unsigned threads, HiddenPlace place)
+                           std::vector<std::size_t> samples, double hidden, const Workers& workers, HiddenPlace place)
     : source_(source),
       metrics_(metrics),
-      threads_(threads),
+      workers_(workers),
       is_hidden_(hidden > 0),
       frames_(source, std::move(samples), hidden,
               is_hidden_ ? 0 : metrics.front().mesh_noise / source.camera.depth_step, place),
-      best_(best_of_others(source, frames_, metrics, proposed(), threads)) {}
+      best_(best_of_others(source, frames_, metrics, proposed(), workers)) {}
 
 LeftOutTests::LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most,
-                           double hidden, unsigned threads)
+                           double hidden, const Workers& workers)
     : LeftOutTests(source, metrics, spread_samples(std::min(most, source.samples.size()), source.samples.size()),
-                   hidden, threads) {}
+                   hidden, workers) {}
 
 std::vector<FrameErrors> LeftOutTests::errors(std::size_t metric, const FitCosts& costs,
                                               const ShapeRegression& regression, const Eigen::MatrixXd& predicted,
                                               bool corrects, std::size_t every) const {
   const bool is_predicted = predicted.rows() > 0;
   std::vector<FrameErrors> errors((frames_.size() + every - 1) / every);
-  work_in_parallel(errors.size(), threads_, [&](const auto& next) {
+  work_in_parallel(errors.size(), workers_, [&](const auto& next) {
     LeftOutFitter fitter(source_, costs, proposed() + (is_predicted ? most_neighbors : 0), regression);
     for (std::size_t matched = next(); matched < errors.size(); matched = next()) {
       const std::size_t i = matched * every;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "precompute/left_out/left_out_fitter.hpp"
+#include "precompute/parallel.hpp"
 #include "runtime/src/depth/shape_regression.hpp"
 
 #include <Eigen/Core>
@@ -11,12 +12,12 @@ namespace lbea::bake {
 /// Frames, and their candidates by each metric.
 class LeftOutTests {
  public:
-  /// hidden: the share of the cells that something hides; threads: to match them.
+  /// hidden: the share of the cells that something hides; workers: match them.
   LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::vector<std::size_t> samples,
-               double hidden, unsigned threads, HiddenPlace place = HiddenPlace::of_frame);
+               double hidden, const Workers& workers, HiddenPlace place = HiddenPlace::of_frame);
   /// The same for at most `most` samples, spread over the ensemble.
   LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::size_t most, double hidden,
-               unsigned threads);
+               const Workers& workers);
 
   [[nodiscard]] std::size_t metrics() const noexcept { return metrics_.size(); }
   [[nodiscard]] const LeftOutFrames& frames() const noexcept { return frames_; }
@@ -46,7 +47,7 @@ class LeftOutTests {
 
   const SampleSource& source_;
   std::span<const DepthMetric> metrics_;
-  unsigned threads_;
+  Workers workers_;
   bool is_hidden_;
   LeftOutFrames frames_;
   std::vector<BestSamples> best_;

@@ -192,7 +192,7 @@ void write_more_views(const BakePlan& plan, const SampleSource& first, const Bak
     const std::shared_ptr<const DepthRenderer> renderer =
         planned_renderer(is_given ? options.more_depth_renderers[part - 1] : DepthRendering(), plan.survey, camera);
     const std::size_t cells = padded_cells(camera);
-    work_in_parallel(first.samples.size(), options.threads, [&](const auto& next) {
+    work_in_parallel(first.samples.size(), options.workers(), [&](const auto& next) {
       WrittenState state(plan, writer);
       std::vector<std::uint16_t> image(cells);
       for (std::size_t sample = next(); sample < first.samples.size(); sample = next()) {
@@ -210,7 +210,7 @@ void write_more_views(const BakePlan& plan, const SampleSource& first, const Bak
     source.read_images = [&](std::size_t sample, std::span<std::uint16_t> images) {
       writer.read<std::uint16_t>(SectionId::view_depths, part, sample * cells, images);
     };
-    write_learned_fit(writer, camera, learn_fit(source, options.threads), part);
+    write_learned_fit(writer, camera, learn_fit(source, options.workers()), part);
   }
 }
 
@@ -228,12 +228,12 @@ Eigen::MatrixXd parameters_of(const BakePlan& plan) {
 void write_what_fit_learns(const BakePlan& plan, SampleSource& source, const BakeOptions& options,
                            ModelWriter& writer) {
   add_points(plan, writer, planned_renderer(options.depth_renderer, plan.survey, *plan.camera), source);
-  const LearnedFit learned = learn_fit(source, options.threads);
+  const LearnedFit learned = learn_fit(source, options.workers());
   write_learned_fit(writer, *plan.camera, learned, 0);
   source.prices = learned.costs.prices;
   write_more_views(plan, source, options, writer);
   write_channel_bounds(writer, learned);
-  write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.threads));
+  write_forecast(writer, learn_forecast(source, learned, parameters_of(plan), options.workers()));
 }
 
 BakeSummary summary_of(const format::Info& info, const std::vector<ReferenceBasis>& bases) {
@@ -380,6 +380,7 @@ BakeSummary write_model(const WorkFolder& work, const CollectedRuns& runs, const
   provenance.resize(model.provenance_size, ' ');
   writer.write<char>(SectionId::provenance, 0, 0, provenance);
   const std::vector<std::string> zeros = zero_histories(plan, writer);
+  options.workers().check();
   writer.commit();
   summary.file_size = writer.file_size();
   summary.left_out = runs.left_out;

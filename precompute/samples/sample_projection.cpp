@@ -319,7 +319,7 @@ std::size_t make_samples(const WorkFolder& work, const BakePlan& plan, const std
   for (const std::size_t run : runs) samples += plan.survey.runs[run].steps.size();
   Stage stage(options, "samples", samples);
   std::atomic<std::size_t> failed{0};
-  work_in_parallel(runs.size(), options.threads, [&](const auto& next) {
+  work_in_parallel(runs.size(), options.workers(), [&](const auto& next) {
     SampleRecord buffer = shared.buffer();
     for (std::size_t i = next(); i < runs.size(); i = next())
       if (!shared.make_run(runs[i], buffer, stage)) ++failed;

@@ -72,7 +72,7 @@ std::vector<PlannedRun> read_runs(const WorkFolder& work, const Ensemble& ensemb
   const std::uint64_t common_key = survey_key(reference.mesh(), description);
   Stage stage(options, "reading", runs.size());
   std::vector<Paths> files(ensemble.runs.size());
-  work_in_parallel(runs.size(), options.threads, [&](const auto& next) {
+  work_in_parallel(runs.size(), options.workers(), [&](const auto& next) {
     for (std::size_t i = next(); i < runs.size(); i = next()) {
       try {
         planned[runs[i]] =

@@ -1,4 +1,5 @@
 // What a bake refuses, with which sentence, and that no file is left behind.
+#include "tests/runtime/fit/seen_plates.hpp"
 #include "tests/support/refusals.hpp"
 #include "tests/support/synthetic_model.hpp"
 
@@ -154,6 +155,27 @@ TEST_CASE("a bake can be cancelled at every step and leaves nothing") {
   const int all = count_questions(0);
   CHECK(all >= 24 + 6 + 24);  // every state twice, every reference once
   for (int cancel_at = 1; cancel_at <= all; cancel_at += 5) count_questions(cancel_at);
+}
+
+// Learning, most of a bake, did not ask, and a cancelled bake replaced the model that was there.
+TEST_CASE("a bake can be cancelled while it learns from depth images") {
+  const auto count_questions = [](int cancel_at) {
+    const TemporaryFolder folder;
+    int questions = 0;
+    BakeOptions options = with_views(1);
+    options.cancelled = [&] { return ++questions == cancel_at; };
+    const auto bake = [&] { bake_model(similar_plates(4, 3), bent_plates_description(), folder / "m.lbea", options); };
+    if (cancel_at == 0) {
+      bake();
+    } else {
+      CHECK_THROWS_AS(bake(), BakeCancelled);
+      CHECK(std::filesystem::is_empty(folder.path()));
+    }
+    return questions;
+  };
+  const int all = count_questions(0), before = 2 * 4 * 3 + 1;  // every state twice, the reference
+  REQUIRE(all >= 4 * before);
+  for (int cancel_at = all; cancel_at > before; cancel_at -= (all - before) / 6) count_questions(cancel_at);
 }
 
 TEST_CASE("progress counts every stage to its end") {

@@ -125,9 +125,10 @@ inline std::string merged(const WorkFolder& work, const BakePlan& plan) {
   return text_of(folder / "m.lbea");
 }
 
-/// When a process is killed: before it reads its n-th state, or after some microseconds. 0: it is not killed.
+/// When a process is killed: before it begins or reads its n-th run or state, or after some microseconds. 0: it is not
+/// killed.
 struct Death {
-  int at_state = 0;
+  int at_step = 0;
   long after_us = 0;
 };
 
@@ -142,9 +143,9 @@ inline Usage in_a_process(const Death& death, const std::function<void(BakeOptio
   if (child == 0) {
     BakeOptions options = shard_options(threads);
     auto states = std::make_shared<std::atomic<int>>(0);
-    if (death.at_state > 0)
+    if (death.at_step > 0)
       options.cancelled = [=] {
-        if (++*states == death.at_state) ::raise(SIGKILL);
+        if (++*states == death.at_step) ::raise(SIGKILL);
         return false;
       };
     const itimerval timer{{0, 0}, {0, death.after_us}};

@@ -322,7 +322,7 @@ TEST_CASE("status distinguishes running from killed writers: here at once, on ot
     CHECK(progress(0) == RunProgress::running);  // a slow state does not count as killed
   }
   CHECK(progress() == RunProgress::waiting);
-  in_a_process({1, 0}, [&](const BakeOptions& options) { bake_shard(work, plan, {1, 2}, options); });
+  in_a_process({2, 0}, [&](const BakeOptions& options) { bake_shard(work, plan, {1, 2}, options); });
   CHECK(files_in(work.file(plan.runs[1].record_name()).parent_path()) == 1);  // what it left
   CHECK(progress() == RunProgress::waiting);
   const auto elsewhere = work.file(plan.runs[1].record_name()).string() + ".tmp-1-0@another-node.example";

@@ -121,7 +121,9 @@ SensorViews assembled_views(const Model& model, const std::vector<Model>& others
     renderer->render(assembly.positions(sample), assembly.present(sample), image);
     keep_inside(renderer->camera(), envelope, image);
   };
-  return bake::render_depth_images(model, renderer->camera(), render, 0);
+  return rendered_until_stop([&](const bake::Workers& workers) {
+    return bake::render_depth_images(model, renderer->camera(), render, workers);
+  });
 }
 
 void complete_views(std::vector<ComponentModel>& components, const MatcherConfig& config,

@@ -5,6 +5,7 @@
 #include "precompute/depth_images/rendered_views.hpp"
 #include "precompute/rig/depth_renderer.hpp"
 #include "tools/shared/cli/progress.hpp"
+#include "tools/shared/cli/tool.hpp"
 #include "tools/shared/intake/log.hpp"
 #include "tools/shared/views/box_of_samples.hpp"
 
@@ -13,6 +14,15 @@
 #include <mutex>
 
 namespace lbea::tool {
+
+SensorViews rendered_until_stop(const std::function<SensorViews(const bake::Workers&)>& render) {
+  try {
+    return render({0, [] { return stop_requested != 0; }});
+  } catch (const bake::BakeCancelled&) {
+    throw Error(Status::bad_input, "stopped while depth images were rendered and learned from");
+  }
+}
+
 SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
   std::vector<std::array<std::uint32_t, 4>> elements(model.elements());
   const auto flat = model.element_nodes();
@@ -22,9 +32,11 @@ SensorViews rendered(const Model& model, const bake::StereoSensor& sensor) {
   Progress progress("rendering samples", model.samples());
   std::mutex one_at_a_time;
   std::size_t most = 0;
-  return bake::render_depth_images(model, *renderer, 0, [&](std::size_t done) {
-    const std::lock_guard lock(one_at_a_time);
-    progress.advance_to(most = std::max(most, done));
+  return rendered_until_stop([&](const bake::Workers& workers) {
+    return bake::render_depth_images(model, *renderer, workers, [&](std::size_t done) {
+      const std::lock_guard lock(one_at_a_time);
+      progress.advance_to(most = std::max(most, done));
+    });
   });
 }
 

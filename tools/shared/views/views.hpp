@@ -1,6 +1,7 @@
 // The depth images for Method::fit: those of the model if they fit the rig's pose, otherwise rendered at the start.
 #pragma once
 
+#include "precompute/parallel.hpp"
 #include "precompute/rig/stereo_sensor.hpp"
 
 namespace lbea::tool {
@@ -12,6 +13,9 @@ namespace lbea::tool {
 
 /// Whether the model has depth images that suit this pose.
 [[nodiscard]] bool has_images_for(const RigidTransform& T_reference_sensor, const Model& model);
+
+/// Throws Error{bad_input} if the program is to stop meanwhile.
+[[nodiscard]] SensorViews rendered_until_stop(const std::function<SensorViews(const bake::Workers&)>& render);
 
 /// Renders the images of all samples for a rig, and learns from them what the bake learns from its own.
 [[nodiscard]] SensorViews rendered(const Model& model, const bake::StereoSensor& sensor);
