@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace lbea::tool {
 namespace {
@@ -89,8 +90,9 @@ double LiveSummary::median_match_ms() const {
 
 std::string table_header(const Model& model) {
   const std::string unit(model.length_unit());
-  return formatted("%6s  %-20s %5s %11s %9s %11s %11s %9s  %s", "frame", "best simulation", "step", "distance",
-                   "coverage", ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms", "verdict");
+  return formatted("%6s  %-20s %5s %11s %9s %9s %11s %11s %9s  %s", "frame", "best simulation", "step", "distance",
+                   "error_90", "coverage", ("EE [" + unit + "]").c_str(), ("oracle [" + unit + "]").c_str(), "ms",
+                   "verdict");
 }
 
 std::string table_line(const LiveRow& row) {
@@ -98,9 +100,12 @@ std::string table_line(const LiveRow& row) {
   const auto id = static_cast<unsigned long long>(r.frame_id);
   if (r.matches.empty()) return formatted("%6llu  not matched: %s", id, std::string(wire::to_string(r.status)).c_str());
   const wire::WireMatch& best = r.matches.front();
-  return formatted("%6llu  %-20s %5u %11.2f %7.0f %% %11s %11s %9.2f  %s%s", id, best.simulation_name.c_str(),
-                   best.sample.time_step, static_cast<double>(best.distance), 100.0 * static_cast<double>(r.coverage),
-                   number_or_dash(row.error).c_str(), number_or_dash(row.oracle_error).c_str(), row.match_ms,
+  const std::string error_90 =
+      std::isfinite(r.fit.error_90) ? formatted("%.2f", static_cast<double>(r.fit.error_90)) : "-";
+  return formatted("%6llu  %-20s %5u %11.2f %9s %7.0f %% %11s %11s %9.2f  %s%s", id, best.simulation_name.c_str(),
+                   best.sample.time_step, static_cast<double>(best.distance), error_90.c_str(),
+                   100.0 * static_cast<double>(r.coverage), number_or_dash(row.error).c_str(),
+                   number_or_dash(row.oracle_error).c_str(), row.match_ms,
                    std::string(wire::to_string(r.verdict)).c_str(), by_rigs(r).c_str());
 }
 

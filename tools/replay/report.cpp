@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <system_error>
 
 namespace lbea::tool {
@@ -21,20 +22,23 @@ unsigned long long number(std::uint64_t value) { return value; }
 }  // namespace
 
 std::string result_header() {
-  return formatted("%10s  %-16s %5s %14s %8s  %s", "frame", "best simulation", "step", "distance", "coverage",
-                   "verdict");
+  return formatted("%10s  %-16s %5s %14s %9s %8s  %s", "frame", "best simulation", "step", "distance", "error_90",
+                   "coverage", "verdict");
 }
 
 std::string result_line(const wire::WireResult& result) {
   const std::string verdict(wire::fate_of(result.status) == wire::Fate::matched ? wire::to_string(result.verdict)
                                                                                 : wire::to_string(result.status));
   if (result.matches.empty())
-    return formatted("%10llu  %-16s %5s %14s %8s  %s", number(result.frame_id), "-", "-", "-", "-", verdict.c_str());
+    return formatted("%10llu  %-16s %5s %14s %9s %8s  %s", number(result.frame_id), "-", "-", "-", "-", "-",
+                     verdict.c_str());
   const wire::WireMatch& best = result.matches[0];
-  return formatted("%10llu  %-16s %5u %14.6g %8.3f  %s%s", number(result.frame_id), best.simulation_name.c_str(),
-                   best.sample.time_step, static_cast<double>(best.distance), static_cast<double>(result.coverage),
-                   (verdict + (result.component.empty() ? "" : " of " + result.component)).c_str(),
-                   by_rigs(result).c_str());
+  const std::string error_90 =
+      std::isfinite(result.fit.error_90) ? formatted("%.3g", static_cast<double>(result.fit.error_90)) : "-";
+  return formatted(
+      "%10llu  %-16s %5u %14.6g %9s %8.3f  %s%s", number(result.frame_id), best.simulation_name.c_str(),
+      best.sample.time_step, static_cast<double>(best.distance), error_90.c_str(), static_cast<double>(result.coverage),
+      (verdict + (result.component.empty() ? "" : " of " + result.component)).c_str(), by_rigs(result).c_str());
 }
 
 std::string result_json(const wire::WireResult& result) {

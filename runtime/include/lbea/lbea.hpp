@@ -72,7 +72,8 @@ struct Sample {
 /// A sample with its distance to the frame.
 /// LBEA: eq. 3 as it stands, sum over modes of |e_j - s_j| (length unit squared, because psi' M psi = I).
 /// VtP: eq. 1 divided by the number of vertices, the mean distance per vertex (length unit).
-/// Fit: mean distance of the sample's nodes from the estimate's, an estimate of the EE (eq. 4, length unit).
+/// Fit: mean distance of the sample's nodes from the estimate's (length unit); 0 if the estimate is this sample. It
+/// does not include the estimate's own error, which error_90 bounds.
 struct Match {
   Sample sample;
   float distance = 0;
