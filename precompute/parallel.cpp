@@ -43,7 +43,8 @@ void work_in_parallel(std::size_t count, const Workers& workers,
       failure.keep_lowest(job, std::current_exception());
     }
   };
-  const std::size_t processors = workers.threads > 0 ? workers.threads : std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t processors =
+      workers.threads > 0 ? workers.threads : std::max(1u, std::thread::hardware_concurrency());
   {
     std::vector<std::jthread> others;
     for (std::size_t i = 1; i < std::min(processors, count); ++i) others.emplace_back(work);

@@ -277,8 +277,10 @@ void SurveyCollection::add(RunHistory history, const std::string& run) {
   for (const InputFile& file : survey.files) hashes.push_back(file.hash);
   const auto [other, is_new] = run_of_hashes_.emplace(std::move(hashes), run);
   if (!is_new && !survey.files.empty())
-    survey_.warnings.push_back("runs " + other->second + " and " + run +
-                               " have the same content: they share the probability of one simulation; is one a copy?");
+    survey_.warnings.push_back(
+        "runs " + other->second + " and " + run +
+        " have the same content: they share the probability of one simulation, and limits of verdicts and "
+        "bounds of errors are learned as if each were explained by another run; remove the copy");
   survey_.runs.push_back(std::move(survey));
   names_.push_back(run);
 }
