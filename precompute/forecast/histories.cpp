@@ -90,7 +90,7 @@ class HistoryReader {
       const RowVectorXd last = final_positions(run);
       histories.finals.conservativeResize(count, last.size());
       histories.finals.row(i) = last;
-      if (parameters.cols() > 0) histories.parameters.row(i) = parameters.row(static_cast<Index>(run));  // 0 x 0: null
+      histories.parameters.row(i) = parameters.row(static_cast<Index>(run));
       for (std::size_t c = 0; c < channels(); ++c) histories.channels[c].row(i) = channel_values(c, run);
     }
     for (auto column : histories.parameters.colwise()) {
