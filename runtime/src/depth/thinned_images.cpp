@@ -47,7 +47,7 @@ ThinnedImages::ThinnedImages(const DepthImages& images)
   compared_ = std::vector<std::uint32_t>(std::max<std::size_t>(parts.size(), opened * block));
 }
 
-/// In the samples' order.
+/// Of the sample at each place.
 [[gnu::cold]] void ThinnedImages::copy_cells(const DepthImages& images) {
   depths_ = std::vector(order_.size() * observed_.size(), empty_cell);
   for (std::size_t place = 0; place < order_.size(); ++place)
