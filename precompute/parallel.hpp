@@ -26,7 +26,8 @@ struct Workers {
 };
 
 /// Calls worker(next) on the threads, never more than jobs. next() hands out the job numbers 0, 1, ... in order, each
-/// once, and `count` when there are no more or another worker has thrown. It throws BakeCancelled.
+/// once, and `count` when there are no more or another worker has thrown; it throws BakeCancelled when the work is
+/// cancelled.
 /// Returns when all are done; rethrows what the lowest failing job threw.
 void work_in_parallel(std::size_t count, const Workers& workers,
                       const std::function<void(const std::function<std::size_t()>& next)>& worker);

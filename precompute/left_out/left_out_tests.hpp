@@ -12,7 +12,7 @@ namespace lbea::bake {
 /// Frames, and their candidates by each metric.
 class LeftOutTests {
  public:
-  /// hidden: the share of the cells that something hides; workers: match them.
+  /// hidden: the share of the cells that something hides; workers: the threads that match them.
   LeftOutTests(const SampleSource& source, std::span<const DepthMetric> metrics, std::vector<std::size_t> samples,
                double hidden, const Workers& workers, HiddenPlace place = HiddenPlace::of_frame);
   /// The same for at most `most` samples, spread over the ensemble.

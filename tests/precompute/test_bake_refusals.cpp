@@ -157,7 +157,7 @@ TEST_CASE("a bake can be cancelled at every step and leaves nothing") {
   for (int cancel_at = 1; cancel_at <= all; cancel_at += 5) count_questions(cancel_at);
 }
 
-// Learning, most of a bake, did not ask, and a cancelled bake replaced the model that was there.
+// Learning, most of the time of a bake, could not be cancelled: the bake went on and replaced the existing model.
 TEST_CASE("a bake can be cancelled while it learns from depth images") {
   const auto count_questions = [](int cancel_at) {
     const TemporaryFolder folder;

@@ -87,7 +87,7 @@ typedef struct lbea_match {
   uint32_t simulation;
   uint32_t time_step;
   uint32_t sample; /**< row in the ensemble, for lbea_model_* */
-  float distance;  /**< LBEA: eq. 3; VtP: eq. 1 divided by the vertices; fit: of the sample from the estimate */
+  float distance;  /**< LBEA: eq. 3; VtP: eq. 1 per vertex; fit: between the sample and the estimate */
   double time_s;
 } lbea_match;
 

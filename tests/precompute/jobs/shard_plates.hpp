@@ -125,8 +125,8 @@ inline std::string merged(const WorkFolder& work, const BakePlan& plan) {
   return text_of(folder / "m.lbea");
 }
 
-/// When a process is killed: before it begins or reads its n-th run or state, or after some microseconds. 0: it is not
-/// killed.
+/// When a process is killed: at its n-th step, before it begins a run or reads a state, or after some microseconds.
+/// 0: it is not killed.
 struct Death {
   int at_step = 0;
   long after_us = 0;
@@ -142,10 +142,10 @@ inline Usage in_a_process(const Death& death, const std::function<void(BakeOptio
   const pid_t child = ::fork();
   if (child == 0) {
     BakeOptions options = shard_options(threads);
-    auto states = std::make_shared<std::atomic<int>>(0);
+    auto steps = std::make_shared<std::atomic<int>>(0);
     if (death.at_step > 0)
       options.cancelled = [=] {
-        if (++*states == death.at_step) ::raise(SIGKILL);
+        if (++*steps == death.at_step) ::raise(SIGKILL);
         return false;
       };
     const itimerval timer{{0, 0}, {0, death.after_us}};
